@@ -71,7 +71,9 @@ def _exchange(transfer: float) -> _Exchange:
     layers = FIRST_LAYER * GROWTH ** np.arange(count)
     inner = 2.0 / (layers[:-1] + layers[1:])
     surface = EFFUSIVITY / transfer
-    conductances = np.diag(np.append(inner, 0.0) + np.append(1.0 / (surface + layers[0] / 2), inner))
+    conductances = np.diag(
+        np.append(inner, 0.0) + np.append(1.0 / (surface + layers[0] / 2), inner)
+    )
     conductances -= np.diag(inner, 1) + np.diag(inner, -1)
     root = np.sqrt(layers)
     rates, vectors = np.linalg.eigh(conductances / np.outer(root, root))

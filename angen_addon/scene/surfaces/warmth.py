@@ -144,9 +144,7 @@ class Warmth(MetSurfaces):
                 at.show(self._solids, -1)
         return self._contacts[state]
 
-    def points_in(
-        self, place: Place, frame: int, points: Array, metres: float
-    ) -> Array:
+    def points_in(self, place: Place, frame: int, points: Array, metres: float) -> Array:
         """Return points (k, 3) of the world in the frame of a print, in m."""
         number, axis = place
         row, at = self._row_of[number], self._rays.frames
@@ -188,6 +186,7 @@ class Warmth(MetSurfaces):
                 by_uid, parents = _by_uid(), collection_parents()
                 for solid in self._changing:
                     self._read(depsgraph, solid, by_uid, parents)
+                self._bodies = Bodies(self._rays, self._warmest())
             return
         self._listing = solids.listing
         size = max((solid.number for solid in solids.solids), default=NOTHING) + 1
@@ -294,7 +293,10 @@ class _SeenPrints:
         changes = np.array(passed, np.int64).reshape(len(passed), len(part))
         cuts = np.flatnonzero(np.diff(changes, axis=1).any(axis=0)) + 1
         for same in np.split(np.arange(len(part)), cuts):
-            state = [(one, one.revision, int(age[same[0]])) for (one, _), age in zip(self._spots, passed, strict=True)]
+            state = [
+                (one, one.revision, int(age[same[0]]))
+                for (one, _), age in zip(self._spots, passed, strict=True)
+            ]
             if self._last != (row, state):
                 self._last = row, state
                 self._table.append(self._emission(row, [age for *_, age in state]))

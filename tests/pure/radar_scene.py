@@ -73,18 +73,18 @@ class Scene:
     time: float = 0.0
     asked: float | None = None
 
-    def answer(self, bundle, origins, ways, length, frequency):
-        apart = 0.0 if self.asked is None else self.time - self.asked
+    def answer(self, bundle, origins, ways, length, frequency, integration_time):
+        moves = self.asked is not None and self.time > self.asked
         self.asked = self.time
         n = len(ways)
         ranges, solid = length.copy(), np.zeros(n, np.intp)
-        share, moved, breathing, loss = (np.zeros(n) for _ in range(4))
+        share, speed, breathing, loss = (np.zeros(n) for _ in range(4))
         for number, body in enumerate(self.bodies, 1):
             at = body.ranges(self.time, ways)
             hit = at < ranges
             ranges[hit], solid[hit] = at[hit], number
             share[hit] = reflectance(body.substance, frequency)
-            moved[hit] = (ways[hit] @ np.array(body.velocity)) * apart
+            speed[hit] = (ways[hit] @ np.array(body.velocity)) * moves
             breathing[hit] = body.breathing
         for wall in self.walls:
             with np.errstate(divide="ignore"):
@@ -93,10 +93,10 @@ class Scene:
             if wall.stops:
                 ranges[beyond], solid[beyond] = at[beyond], len(self.bodies) + 1
                 share[beyond] = reflectance(wall.substance, frequency)
-                moved[beyond] = breathing[beyond] = 0.0
+                speed[beyond] = breathing[beyond] = 0.0
             else:
                 loss[beyond] += attenuation(wall.substance, wall.thickness, frequency)
-        return Echoes(ranges, moved, breathing, np.zeros(n), loss, share, solid)
+        return Echoes(ranges, speed[None], breathing, np.zeros(n), loss, share, solid)
 
     def at(self, time):
         self.time = time

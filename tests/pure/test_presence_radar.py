@@ -45,11 +45,11 @@ def part(name, **values):
     return RadarParameters(**{**PRESETS[name].values, **values})
 
 
-def echoes(ranges, moved=0.0, breathing=0.0, loss=0.0, share=1.0):
+def echoes(ranges, speed=0.0, breathing=0.0, loss=0.0, share=1.0):
     """Return the echoes of rays that all hit something."""
     ranges = np.atleast_1d(np.asarray(ranges, float))
-    full = [np.full(len(ranges), value) for value in (moved, breathing, 0.25, loss, share)]
-    return Echoes(ranges, *full, np.ones(len(ranges), np.intp))
+    full = [np.full(len(ranges), value) for value in (breathing, 0.25, loss, share)]
+    return Echoes(ranges, np.full((1, len(ranges)), speed), *full, np.ones(len(ranges), np.intp))
 
 
 # Numbers of others
@@ -82,7 +82,7 @@ def test_speeds_below_half_a_wavelength_in_the_integration_time_do_not_count():
     assert parameters.wavelength == pytest.approx(0.012427, rel=1e-4)
     assert parameters.minimum_speed == pytest.approx(0.0621, rel=1e-3)
     for speed, moves in ((0.0620, False), (0.0623, True), (-0.0623, True)):
-        seen = sweep(parameters, np.ones(1), echoes(2.0, moved=speed / 10.0), 0.1)
+        seen = sweep(parameters, np.ones(1), echoes(2.0, speed=speed))
         assert bool(seen.moving.any()) == moves
 
 
@@ -119,9 +119,9 @@ def test_the_radial_part_of_a_speed_is_seen():
     # Nothing but the rim of a body that circles the radar moves towards it or away.
     beams = radar_beams(tracker(), POSE)
     scene = Scene([Person(polar(4.0, 0.0), velocity=(0.8, 0.0, 0.0))])
-    rays = beams.origins, beams.directions, beams.length, 24.125
+    rays = beams.origins, beams.directions, beams.length, 24.125, 0.1
     scene.answer(0, *rays)
-    seen = sweep(tracker(), beams.weight, scene.at(0.1).answer(0, *rays), 0.1)
+    seen = sweep(tracker(), beams.weight, scene.at(0.1).answer(0, *rays))
     assert 0.04 < np.abs(seen.speed).max() < 0.06 and seen.moving.sum() == 0.0
 
 
@@ -129,7 +129,7 @@ def test_the_radial_part_of_a_speed_is_seen():
 def test_a_gate_ends_at_a_multiple_of_its_length(distance, gate):
     parameters = RadarParameters()
     assert parameters.gates == 8
-    seen = sweep(parameters, np.ones(1), echoes(distance, moved=0.1), 0.1)
+    seen = sweep(parameters, np.ones(1), echoes(distance, speed=1.0))
     assert np.flatnonzero(seen.moving).tolist() == [gate]
 
 
@@ -173,9 +173,9 @@ def test_the_energy_of_a_small_target_falls_with_the_fourth_power_of_its_distanc
     powers = []
     for distance in (2.0, 4.0):
         scene = Scene([Ball((0.0, distance, 0.0), 0.1, velocity=AWAY)])
-        rays = beams.origins, beams.directions, beams.length, parameters.frequency
+        rays = beams.origins, beams.directions, beams.length, parameters.frequency, 0.1
         scene.answer(0, *rays)
-        seen = sweep(parameters, beams.weight, scene.at(0.1).answer(0, *rays), 0.1)
+        seen = sweep(parameters, beams.weight, scene.at(0.1).answer(0, *rays))
         powers.append(float(seen.moving.sum()))
     assert 10.0 * math.log10(powers[0] / powers[1]) == pytest.approx(40.0 * math.log10(2), abs=0.5)
     # The power is σ/R⁴ with the silhouette of the ball, except near its rim.
@@ -291,10 +291,10 @@ def test_only_the_trunk_breathes_and_rays_that_move_do_not_count_as_still():
     parameters = RadarParameters()
     power = float(echo_powers(parameters, np.ones(1), echoes(2.0))[0])
     share = float(modulated_share(0.005, parameters.wavelength))
-    seen = sweep(parameters, np.ones(1), echoes(2.0, breathing=0.005), 0.1)
+    seen = sweep(parameters, np.ones(1), echoes(2.0, breathing=0.005))
     assert seen.still.sum() == pytest.approx(TRUNK * share * power)
     assert seen.moving.sum() == 0.0
-    seen = sweep(parameters, np.ones(1), echoes(2.0, breathing=0.005, moved=0.1), 0.1)
+    seen = sweep(parameters, np.ones(1), echoes(2.0, breathing=0.005, speed=1.0))
     assert seen.still.sum() == 0.0 and seen.moving.sum() == pytest.approx(power)
 
 
@@ -381,8 +381,8 @@ def test_a_radar_that_hits_nothing_reads_no_one():
 def test_a_target_at_the_radar_itself_gives_finite_numbers(distance):
     parameters = tracker()
     beams = radar_beams(parameters, POSE)
-    near = echoes(np.full(len(beams.length), distance), moved=0.1)
-    found = measure(parameters, calibration(parameters), beams, near, 0.1)
+    near = echoes(np.full(len(beams.length), distance), speed=1.0)
+    found = measure(parameters, calibration(parameters), beams, near)
     assert found.moving[0] and found.moving_energy[0] == 100.0
     assert found.distance == pytest.approx(distance) and math.isfinite(found.targets[0].power)
 
@@ -459,7 +459,7 @@ def test_targets_have_the_noise_of_the_energies():
 @pytest.mark.parametrize(("speed", "moves"), [(9.9, True), (10.1, False), (-47.9, False)])
 def test_what_jumps_does_not_count_as_moving(speed, moves):
     parameters = RadarParameters()
-    seen = sweep(parameters, np.ones(1), echoes(2.0, moved=speed / 10.0), 0.1)
+    seen = sweep(parameters, np.ones(1), echoes(2.0, speed=speed))
     assert bool(seen.moving.any()) == moves == (abs(speed) <= FASTEST)
 
 
@@ -562,8 +562,8 @@ def test_a_map_agrees_with_the_model():
     still = MOTIONS["STILL"]
     scene = Scene([Person((0.0, 3.0, 0.925 - 1.0), half=0.325, breathing=0.005)])
     beams = radar_beams(parameters, POSE)
-    rays = beams.origins, beams.directions, beams.length, parameters.frequency
-    seen = sweep(parameters, beams.weight, scene.answer(0, *rays), 0.1)
+    rays = beams.origins, beams.directions, beams.length, parameters.frequency, 0.1
+    seen = sweep(parameters, beams.weight, scene.answer(0, *rays))
     ratio = (seen.still / calibration(parameters).still_needed).max()
     assert (still.bottom, still.top) == (0.6, 1.25)
     assert covered("LD2410", 3.0, "STILL") == pytest.approx(ratio, rel=1e-9)

@@ -91,8 +91,7 @@ def explain_radar(replay: Replay, index: int) -> Explanation:
     if pending is None:
         return replay.explain_off(index)
     parameters, update = pending.parameters, pending.update
-    interval = update.time - earlier.update.time if earlier is not None else np.inf
-    cause, measured = _cause(replay, parameters, update, interval)
+    cause, measured = _cause(replay, parameters, update)
     facts = _facts(replay, parameters, cause, measured)
     if index > 0:
         word = _word(replay, index - 1).lower()
@@ -147,20 +146,21 @@ def _word(replay: Replay, index: int) -> str:
 def _echoes(parameters: RadarParameters, update: Update) -> Echoes:
     beams = radar_beams(parameters, update.pose)
     rays = beams.origins, beams.directions, beams.length
-    found: Echoes = update.ask(ECHOES, 0, *rays, parameters.frequency)
+    how = parameters.frequency, parameters.integration_time
+    found: Echoes = update.ask(ECHOES, 0, *rays, *how)
     return found
 
 
 def _cause(
-    replay: Replay, parameters: RadarParameters, update: Update, interval: float
+    replay: Replay, parameters: RadarParameters, update: Update
 ) -> tuple[RadarCause, Measurement]:
     """Return the gate that decides the reading, and the measurement at this update."""
     beams, known = radar_beams(parameters, update.pose), calibration(parameters)
     echoes = _echoes(parameters, update)
     is_noisy = parameters.energy_noise or parameters.range_noise or parameters.angle_noise
     generator = update.noise() if is_noisy else None
-    measured = measure(parameters, known, beams, echoes, interval, generator)
-    seen = sweep(parameters, beams.weight, echoes, interval)
+    measured = measure(parameters, known, beams, echoes, generator)
+    seen = sweep(parameters, beams.weight, echoes)
     energies = np.stack([measured.moving_energy, measured.still_energy])
     names = "moving_thresholds", "still_thresholds"
     thresholds = np.stack([parameters.thresholds(name) for name in names])

@@ -41,7 +41,8 @@ def view(parameters: RadarParameters, update: Update, rate: float) -> DetectorVi
     """Return the view of a radar; its arguments are those of `Kind.view`."""
     beams = radar_beams(parameters, update.pose)
     rays = beams.origins, beams.directions
-    whole = update.ask(ECHOES, 0, *rays, beams.length, parameters.frequency)
+    how = parameters.frequency, parameters.integration_time
+    whole = update.ask(ECHOES, 0, *rays, beams.length, *how)
     count, farthest = len(beams.length), float(whole.ranges.max())
     step = max(STEP, farthest / max(1, MOST_LOSSES // count))
     loss = [np.zeros(count)]
@@ -49,7 +50,7 @@ def view(parameters: RadarParameters, update: Update, rate: float) -> DetectorVi
     # each.
     while not np.array_equal(loss[-1], whole.loss) and (len(loss) - 1) * step < farthest:
         length = np.full(count, min(len(loss) * step, parameters.range_max))
-        loss.append(update.ask(ECHOES, 1, *rays, length, parameters.frequency).loss)
+        loss.append(update.ask(ECHOES, 1, *rays, length, *how).loss)
     known, origin = calibration(parameters), update.pose.origin
     return RadarView(parameters, known, origin, beams, whole.ranges, np.stack(loss), step, rate)
 

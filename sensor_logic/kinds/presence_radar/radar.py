@@ -260,7 +260,7 @@ class Sweep:
     still: Array
 
 
-def sweep(parameters: RadarParameters, weight: Array, echoes: Echoes, interval: float) -> Sweep:
+def sweep(parameters: RadarParameters, weight: Array, echoes: Echoes) -> Sweep:
     """Return what a radar measures.
 
     Parameters
@@ -269,11 +269,9 @@ def sweep(parameters: RadarParameters, weight: Array, echoes: Echoes, interval: 
         The weights (n,) of the rays, as in `Beams`.
     echoes
         What the rays hit.
-    interval
-        The time in s since the update before. inf at the first update: all speeds are 0.
     """
     power = echo_powers(parameters, weight, echoes)
-    speed = echoes.moved / interval
+    speed = echoes.speed.mean(axis=0)
     is_moving = (np.abs(speed) >= parameters.minimum_speed) & (np.abs(speed) <= FASTEST)
     breathes = (echoes.breathing > 0.0) & ~is_moving & (power > 0.0)
     share = np.zeros(len(power))
@@ -373,7 +371,6 @@ def measure(
     known: Calibration,
     beams: Beams,
     echoes: Echoes,
-    interval: float,
     generator: np.random.Generator | None = None,
 ) -> Measurement:
     """Return the result of one update.
@@ -384,12 +381,10 @@ def measure(
         The parameters of the radar, its calibration and its rays.
     echoes
         What the rays hit.
-    interval
-        The time in s since the update before; inf at the first one.
     generator
         The random generator of the noise; None for none.
     """
-    seen = sweep(parameters, beams.weight, echoes, interval)
+    seen = sweep(parameters, beams.weight, echoes)
     noise = np.ones((2, parameters.gates))
     if generator is not None:
         points = generator.normal(0.0, parameters.energy_noise, noise.shape)
@@ -447,13 +442,12 @@ def _set_up(parameters: RadarParameters, pose: Pose) -> tuple[Beams, Calibration
 class PresenceRadar(Model):
     """The model of one radar.
 
-    Its state is the time of the last update, the last distance and the output with its hold time.
+    Its state is the last distance and the output with its hold time.
     """
 
     def __init__(self) -> None:
         self._set_up = PerPose(_set_up)
         self._output = OutputTiming()
-        self._time = -math.inf
         self._distance = math.nan
         self._last: tuple[Echoes, Measurement] | None = None
         self._parameters: RadarParameters | None = None
@@ -464,13 +458,13 @@ class PresenceRadar(Model):
             self._parameters, self._last = parameters, None
         beams, known = self._set_up(parameters, updates.pose)
         rays = beams.origins, beams.directions, beams.length
-        answers = updates.ask(ECHOES, 0, *rays, parameters.frequency)
+        how = parameters.frequency, parameters.integration_time
+        answers = updates.ask(ECHOES, 0, *rays, *how)
         is_noisy = bool(parameters.energy_noise or parameters.range_noise or parameters.angle_noise)
         found = []
-        for i, time in enumerate(updates.times.tolist()):
-            interval, self._time = time - self._time, time
-            generator = updates.noise(int(updates.numbers[i])) if is_noisy else None
-            found.append(self._measured(parameters, known, beams, answers[i], interval, generator))
+        for i, number in enumerate(updates.numbers.tolist()):
+            generator = updates.noise(number) if is_noisy else None
+            found.append(self._measured(parameters, known, beams, answers[i], generator))
         detects = np.array([bool((one.moving | one.still).any()) for one in found])
         presence = self._output.run(updates.times, detects, parameters.hold_time, 0.0, 0.0)
         distance = np.empty(len(found))
@@ -488,7 +482,6 @@ class PresenceRadar(Model):
         known: Calibration,
         beams: Beams,
         echoes: Echoes,
-        interval: float,
         generator: np.random.Generator | None,
     ) -> Measurement:
         """Return the result of one update.
@@ -497,9 +490,9 @@ class PresenceRadar(Model):
         update of a still scene takes 0.01 ms instead of 0.6 ms, 40 times less.
         """
         last = self._last
-        if generator is None and last is not None and last[0] is echoes and not echoes.moved.any():
+        if generator is None and last is not None and last[0] is echoes and not echoes.speed.any():
             return last[1]
-        measured = measure(parameters, known, beams, echoes, interval, generator)
+        measured = measure(parameters, known, beams, echoes, generator)
         self._last = echoes, measured
         return measured
 

@@ -80,13 +80,8 @@ def explain_radar(replay: Replay, index: int) -> Explanation:
 
     Raise `AngenError` if the sensor cannot be read.
     """
-    track, earlier = replay.track, None
-    before = replay.index_of(replay.update_number(index) - 1, index)
-    if before is not None and before != index:
-        earlier = replay.take_update(before)
-        if earlier is not None:
-            # The scene measures movement from the query before.
-            _echoes(earlier.parameters, earlier.update)
+    track = replay.track
+    replay.sense_before(index)
     pending = replay.take_update(index)
     if pending is None:
         return replay.explain_off(index)

@@ -121,6 +121,7 @@ class RadarParameters(Parameters):
         "moving",
         unit="s",
         minimum=0.001,
+        maximum=10.0,
         short="Integration",
     )
     max_targets: int = parameter(

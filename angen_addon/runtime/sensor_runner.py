@@ -34,8 +34,8 @@ from ...sensor_logic.model import (
     pose_from_matrix,
 )
 from ...sensor_logic.noise import generator
-from ...sensor_logic.radio.echoes import ECHOES
 from ...sensor_logic.parameters import specs
+from ...sensor_logic.radio.echoes import ECHOES
 from ..scene.animation import is_animated, is_static
 from ..scene.forces.frame_state import gravity_of
 from ..scene.instances import Uid, shown_in, within
@@ -122,7 +122,8 @@ def answer_echoes(
         past = query.past[max(min(first, end - 2), 0) : end]
         pasts.append([(clock.step_time(one.step), one.places) for one in past])
     rays = origins, directions, length
-    return answer_surfaces(ECHOES, query, bundle, *rays, frequency, pasts, which=which)
+    details = frequency, integration_time, pasts
+    return answer_surfaces(ECHOES, query, bundle, *rays, *details, which=which)
 
 
 def answer_poses(query: Query, name: str, which: Index | None = None) -> Answers:

@@ -74,8 +74,9 @@ class Agenda:
     """The steps of a run from `first` to `last` at which the scene is evaluated.
 
     These are all steps with an update of a sensor. A swept optical switch adds all steps between
-    its updates, and a radar those in the integration time before each of them. A pad adds the frames before and after each of its updates. A scene with physics
-    adds every frame from the start of its physics.
+    its updates, and a radar those in the integration time before each update. A pad adds the frames
+    before and after each of its updates. A scene with physics adds every frame from the start of
+    its physics.
     """
 
     def __init__(

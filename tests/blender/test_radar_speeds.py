@@ -51,7 +51,8 @@ def fan(world):
 def rocking(world):
     """Add a person who rocks by ±0.1 m once a second, with 0.618 m/s in the 0.1 s before 1 s."""
     body = world.box((0.4, 1.7, 0.2), (0, 0, -2), "Anna")
-    places = {1 + i: (0, 0, -2 + 0.1 * math.sin(math.tau * (i / FPS + 0.05))) for i in range(4 * FPS)}
+    turns = {1 + i: math.tau * (i / FPS + 0.05) for i in range(4 * FPS)}
+    places = {frame: (0, 0, -2 + 0.1 * math.sin(turn)) for frame, turn in turns.items()}
     world.key(body, "location", places, "LINEAR")
     return body
 
@@ -89,7 +90,6 @@ def same(first, second):
         assert np.array_equal(one.speed, second[key].speed), key
         # Live, a mesh that bends is not known to do so at the first frame: another ray cast.
         assert one.ranges == pytest.approx(second[key].ranges, abs=0.0 if key[1] else 1e-6), key
-
 
 
 def moving_home(world):

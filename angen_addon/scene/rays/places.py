@@ -74,7 +74,8 @@ class Places:
         for number, row in self.row.items():
             column = self.column.get(row)
             if is_same_batch and (column is None or not differs[column]):
-                if row not in self.surfaces or self.surfaces[row] is earlier.surfaces[row]:
+                surface = self.surfaces.get(row)
+                if surface is None or surface is earlier.surfaces[row]:
                     continue
             now, then = self.of(number), earlier.of(number)
             if now is None or then is None:

@@ -181,8 +181,9 @@ class EchoProbe(SurfaceProbe):
     ) -> Answers:
         """Return the `Echoes` at each frame.
 
-        `details` has the carrier frequency in GHz and, for each frame, the times and the places of
-        solids at the steps over which speeds are sampled. The last of them is the frame itself.
+        `details` has the carrier frequency in GHz, the integration time in s and, for each frame,
+        the times and the places of solids at the steps in it. The last of them is the frame itself.
+        Without these places, all speeds are 0.
         """
         at, metres = self._substances(float(details[0])), unit_scale(depsgraph.scene)
         self._casting = at.stopping
@@ -190,7 +191,7 @@ class EchoProbe(SurfaceProbe):
             caster.show(depsgraph, self._rays.frames)
         entries = at.entries(sensor, bundle, rays, frames, BEHIND / metres)
         found = at.stopping.see_at(sensor, bundle, rays, frames)
-        pasts: Sequence[Past] = details[1]
+        pasts: Sequence[Past] = details[2] if len(details) > 2 else [()] * len(frames)
         speeds = [_speeds(past, rays, found[i]) for i, past in enumerate(pasts)]
         table: list[Echoes] = []
         rows = np.zeros(len(frames), np.intp)

@@ -92,7 +92,7 @@ class PlaceReader:
         self._frames: Frames | None = None
         self._listing = -1
         self._row: dict[int, int] = {}
-        self._shared: tuple[Any, ...] = ()
+        self._still, self._shapes = np.empty((0, 4, 4)), list[Any]()
         self._at: dict[int, Places] = {}
 
     def at(self, frame: int) -> Places:
@@ -103,9 +103,11 @@ class PlaceReader:
             if self._listing != solids.listing:
                 self._listing = solids.listing
                 self._row = {solid.number: row for row, solid in enumerate(solids.solids)}
-            shapes = [solid.geometry.state for solid in solids.solids]
-            self._shared = self._row, solids.matrix.copy(), shapes, frames.column
+            self._still = solids.matrix.copy()
+            self._shapes = [solid.geometry.state for solid in solids.solids]
         if frame not in self._at:
             surfaces = {row: each[frame] for row, each in frames.surfaces.items()}
-            self._at[frame] = Places(*self._shared, frames.matrix[frame].copy(), surfaces)
+            still = self._row, self._still, self._shapes
+            matrix = frames.matrix[frame].copy()
+            self._at[frame] = Places(*still, frames.column, matrix, surfaces)
         return self._at[frame]

@@ -21,7 +21,7 @@ from ...sensor_logic.kind import RAYS
 from ...sensor_logic.model import FIRST, Answers, Array, Ask, Index, LightSample, Pose, Updates
 from ..scene.light.probe import LightRequest
 from ..scene.rays.caster import Rays
-from ..scene.rays.places import Places
+from ..scene.rays.places import SolidPlaces
 from ..scene.rays.sweep import SolidsAtStep, SweptRays
 from ..scene.sensors import Sensor
 from ..scene.surfaces import SURFACES
@@ -130,7 +130,7 @@ class PlacedStep(NamedTuple):
     """A step, and the places of all solids (objects that rays can hit) at it."""
 
     step: int
-    places: Places
+    places: SolidPlaces
 
 
 @dataclass(frozen=True)

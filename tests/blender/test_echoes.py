@@ -169,6 +169,33 @@ def test_a_mesh_that_changes_shape_moves_by_its_faces(world, radar):
     assert seen.speed[-1] / world.scene.render.fps == pytest.approx([-nearer], rel=1e-4)
 
 
+def test_cloth_is_what_bends_as_cloth_or_is_thin_and_named_so(world, radar):
+    def made_of(name, size=(2, 2, 0.1), materials=(), cloth=False):
+        sheet = world.box(size, (0, 0, -2), name)
+        for material in materials:
+            sheet.data.materials.append(bpy.data.materials.new(material))
+        if cloth:
+            sheet.modifiers.new("Cloth", "CLOTH")
+        world.update()
+        passed = bool(radar.look().through)
+        bpy.data.objects.remove(sheet)
+        return passed
+
+    world.box((1, 1, 1), at=(0, 0, -5.5), name="Behind")
+    world.update()
+    assert made_of("Curtain left") and made_of("Duvet", materials=["Red"])
+    assert made_of("Thing", materials=["Linen white", "fabric.001"])
+    assert made_of("Sheet", cloth=True)
+    assert not made_of("Sheet") and not made_of("Thing", materials=["linen", "oak"])
+    assert not made_of("Sofa", (2, 2, 0.7), materials=["fabric grey"]), "not thin"
+    assert not made_of("Curtain rail")
+    body = world.box((2, 2, 0.1), (0, 0, -2), "Cloth body")
+    body.angen_load.mass = 60.0
+    body.modifiers.new("Rig", "ARMATURE").object = world.link("Rig", bpy.data.armatures.new("Rig"))
+    world.update()
+    assert radar.look().ranges == pytest.approx([1.95]), "a body first"
+
+
 def test_bodies_breathe_if_they_are_rigged_and_have_a_mass_or_say_so(world, radar):
     body = world.box((1, 1, 1), at=(0, 0, -4.5), name="Body")
     body.angen_load.mass = 70.0

@@ -19,7 +19,7 @@ from .geometry import Surface
 
 
 @dataclass(frozen=True, eq=False)
-class Places:
+class SolidPlaces:
     """The places of n solids at one step, of which m have moved at least once.
 
     Places at steps of one batch share all but the last two.
@@ -44,7 +44,7 @@ class Places:
     column: dict[int, int]
     matrix: Array
     surfaces: dict[int, Surface]
-    _since: list[tuple[Places, frozenset[int]]] = field(default_factory=list)
+    _since: list[tuple[SolidPlaces, frozenset[int]]] = field(default_factory=list)
 
     def of(self, number: int) -> tuple[Array, Surface] | None:
         """Return the matrix and the surface of a solid, by its number; None if there is none."""
@@ -55,7 +55,7 @@ class Places:
         matrix = self.still[row] if column is None else self.matrix[column]
         return matrix, self.surfaces.get(row, self.shapes[row])
 
-    def moved_since(self, earlier: Places) -> frozenset[int]:
+    def moved_since(self, earlier: SolidPlaces) -> frozenset[int]:
         """Return the numbers of the solids that moved or changed shape since earlier places.
 
         A solid that did not exist then has not moved.
@@ -67,7 +67,7 @@ class Places:
             self._since[:] = [(earlier, frozenset(self._find_moved(earlier)))]
         return self._since[0][1]
 
-    def _find_moved(self, earlier: Places) -> Iterator[int]:
+    def _find_moved(self, earlier: SolidPlaces) -> Iterator[int]:
         is_same_batch = self.column is earlier.column
         if is_same_batch:
             differs = (self.matrix != earlier.matrix).any(axis=(1, 2))
@@ -93,9 +93,9 @@ class PlaceReader:
         self._listing = -1
         self._row: dict[int, int] = {}
         self._still, self._shapes = np.empty((0, 4, 4)), list[Any]()
-        self._at: dict[int, Places] = {}
+        self._at: dict[int, SolidPlaces] = {}
 
-    def at(self, frame: int) -> Places:
+    def at(self, frame: int) -> SolidPlaces:
         """Return the places at one of the caster's frames, by its index."""
         solids, frames = self._caster.solids, self._caster.frames
         if self._frames is not frames:
@@ -109,5 +109,5 @@ class PlaceReader:
             surfaces = {row: each[frame] for row, each in frames.surfaces.items()}
             still = self._row, self._still, self._shapes
             matrix = frames.matrix[frame].copy()
-            self._at[frame] = Places(*still, frames.column, matrix, surfaces)
+            self._at[frame] = SolidPlaces(*still, frames.column, matrix, surfaces)
         return self._at[frame]

@@ -19,14 +19,14 @@ from numpy.typing import NDArray
 
 from ....sensor_logic.model import Answers, Array, Index
 from ....sensor_logic.radio.echoes import ECHOES, Echoes
-from ....sensor_logic.radio.properties import AUTO, THICKNESS, YES
+from ....sensor_logic.radio.properties import AUTO, THICKNESS, THIN, YES, is_textile
 from ....sensor_logic.radio.substances import attenuation, reflectance
 from ..animation import may_set
 from ..bearers import armatures, bearer, candidates
 from ..instances import Uid
 from ..rays.caster import NOTHING, RayCaster, RayHits, Rays
 from ..rays.geometry import Surface
-from ..rays.places import Places
+from ..rays.places import SolidPlaces
 from ..rays.solids import Solid, Solids, inverted
 from ..sensors import unit_scale
 from .probe import SurfaceProbe
@@ -38,9 +38,9 @@ MOST_SURFACES = 64
 # The next cast begins this far behind a surface, in m.
 BEHIND = 1e-4
 # What everything is made of that has no substance, and living bodies.
-DEFAULT, BODY = "CONCRETE", "BODY"
+DEFAULT, BODY, TEXTILE = "CONCRETE", "BODY", "TEXTILE"
 # The times in s and the places of solids at successive steps.
-Past = Sequence[tuple[float, Places]]
+Past = Sequence[tuple[float, SolidPlaces]]
 PARTS = RADAR, BREATHING = "angen_radar", "angen_breathing"
 
 
@@ -237,7 +237,8 @@ class EchoProbe(SurfaceProbe):
         for solid in solids.solids:
             materials = [by_uid.get(uid) for uid in solid.geometry.materials(depsgraph)]
             self._names[solid.number] = solid.name
-            self._made_of[solid.number] = list(_made_of(solid, materials, depsgraph))
+            found = _made_of(solid, materials, depsgraph, unit_scale(depsgraph.scene))
+            self._made_of[solid.number] = list(found)
             breath = _breath(solid.original, depsgraph)
             self._breathing[solid.number], self._rate[solid.number] = breath
 
@@ -262,16 +263,47 @@ class EchoProbe(SurfaceProbe):
         return self._by_frequency[frequency]
 
 
-def _made_of(solid: Solid, materials: Iterable[Any], depsgraph: Any) -> Iterable[tuple[str, float]]:
-    """Yield the substances of a solid, each with the thickness in m of a crossing."""
+def _made_of(
+    solid: Solid, materials: Sequence[Any], depsgraph: Any, metres: float
+) -> Iterable[tuple[str, float]]:
+    """Yield the substances of a solid, each with the thickness in m of a crossing.
+
+    `materials` are its materials, or None for an empty slot. `metres` is the length of a Blender
+    unit.
+    """
     own = _substance_of(solid.original, depsgraph) or _substance_of(solid.owner, depsgraph)
     of_materials = [_substance_of(m, depsgraph) for m in materials if m is not None]
     known = [own] if own else [found for found in of_materials if found]
     if known:
         yield from known
     else:
-        substance = DEFAULT if _living(solid.original) is None else BODY
+        substance = DEFAULT
+        if _living(solid.original) is not None:
+            substance = BODY
+        elif _is_textile(solid, materials, metres):
+            substance = TEXTILE
         yield substance, THICKNESS[substance]
+
+
+def _is_textile(solid: Solid, materials: Sequence[Any], metres: float) -> bool:
+    """Return whether a solid bends as cloth, or is thin and named as textile.
+
+    `materials` and `metres` are as for `_made_of`.
+    """
+    obj = solid.original
+    if any(modifier.type == "CLOTH" for modifier in obj.modifiers):
+        return True
+    if not is_textile(obj.name, [material.name for material in materials if material is not None]):
+        return False
+    # As modelled: a mesh that bends stays what it is.
+    if obj.type == "MESH" and len(obj.data.vertices):
+        points = np.empty(len(obj.data.vertices) * 3, np.float32)
+        obj.data.vertices.foreach_get("co", points)
+        size = np.ptp(points.reshape(-1, 3), axis=0)
+    else:
+        size = solid.geometry.hi - solid.geometry.lo
+    scale = np.linalg.norm(np.array(obj.matrix_world)[:3, :3], axis=0)
+    return bool((size * scale).min() * metres <= THIN)
 
 
 def _substance_of(owner: Any, depsgraph: Any) -> tuple[str, float] | None:

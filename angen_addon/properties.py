@@ -173,8 +173,8 @@ def _sensor_group(groups: dict[str, type]) -> type:
         ),
         "housing_solid": BoolProperty(
             name="Solid Housing",
-            description="Other sensors see this sensor's housing. If off, their rays and waves pass "
-            "through it, so that two sensors can be in one place",
+            description="Other sensors see this sensor's housing. If off, their rays and waves "
+            "pass through it, so that two sensors can be in one place",
             options=set(),
             update=_load_changed,
         ),

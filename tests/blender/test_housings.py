@@ -113,3 +113,13 @@ def test_the_panel_has_the_option_where_there_is_a_housing(world):
     assert "housing_solid" in drawn("ANGEN_PT_physics").props
     bpy.context.view_layer.objects.active = world.sensor("PIR", "hung")
     assert "housing_solid" not in drawn("ANGEN_PT_physics").props
+
+
+def test_a_light_sensor_reads_the_same_beside_a_detector(world):
+    lamp = world.link("Lamp", bpy.data.lights.new("Lamp", "POINT"), (0, 0, -2))
+    lamp.data.energy = 50.0
+    made = added("LIGHT", "lux")
+    made.angen_sensor.light.method, made.angen_sensor.update_rate = "ILLUMINANCE", 1.0
+    alone = world.run(1, 1).tracks["lux"].value
+    added("PIR", "detector")
+    assert list(world.run(1, 1).tracks["lux"].value) == list(alone)

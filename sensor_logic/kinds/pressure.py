@@ -337,7 +337,12 @@ class ForceResistor:
         self._decades = 0.0
 
     def update(
-        self, parameters: PressureParameters, force_n: float, time_s: float, unit_noise: float
+        self,
+        parameters: PressureParameters,
+        force_n: float,
+        time_s: float,
+        unit_noise: float,
+        contact_area: float = 0.0,
     ) -> FsrReading:
         """Return the reading at a force of `force_n` newtons.
 
@@ -347,7 +352,10 @@ class ForceResistor:
             The time in s, not before the time of the previous call.
         unit_noise
             A standard normal number, used for the repeatability if a press begins at this update.
+        contact_area
+            The area in m² of what presses, as in `active_force`.
         """
+        force_n = active_force(parameters, force_n, contact_area)
         touching = contact(parameters, force_n)
         load = min(force_n, parameters.force_max)
         if touching == 1.0 and not self.touched:
@@ -444,8 +452,10 @@ class PressurePad(Model):
         ):
             on_force, on_press = update.noise().standard_normal(2)
         force = self._last_reading.force + parameters.noise_sigma * float(on_force)
-        pressing = active_force(parameters, max(force, 0.0), self._last_reading.area)
-        resistor = self._resistor.update(parameters, pressing, update.time, float(on_press))
+        area = self._last_reading.area
+        resistor = self._resistor.update(
+            parameters, max(force, 0.0), update.time, float(on_press), area
+        )
         pressed = force > parameters.threshold
         fields = {
             "force_n": force,
@@ -535,9 +545,9 @@ def pad_reading(parameters: PressureParameters, pose: Pose, contact: PadContact)
 # Presets of commercial force-sensing resistors, each with its load resistor.
 
 # The sheet covers the whole series with one curve and one table: "one standard deviation/mean,
-# at 1000 g", hysteresis on average, drift as an upper bound.
+# at 1000 g", hysteresis on average, drift as an upper bound, of which half is taken.
 SHEET = "Interlink FSR 400 series data sheet, PDS-10004"
-PDS_10004 = f"{SHEET}. Assumed: drift at its upper bound"
+PDS_10004 = f"{SHEET}. Assumed: drift, half of its upper bound"
 # The other parts of the series have a rim too; what it carries was measured with an FSR 402 only.
 NO_RIM = "assumed: nothing presses on the rim"
 RIM = "measured: the share of the rim (ekaeoq/uartfsr, one part in a mount that presses already)"
@@ -547,7 +557,7 @@ FSR_400_SERIES = {
     "force_max": 20.0,
     "unloaded_resistance": 10e6,
     "hysteresis": 0.10,
-    "drift": 0.05,
+    "drift": 0.025,
     "part_spread": 0.06,
     "repeatability": 0.02,
     "overall_area": 0.0,

@@ -336,7 +336,7 @@ def _with_noise(
     """
     offset = device[0] * parameters.offset_sigma
     growth = device[1] * parameters.offset_growth
-    found = distance * (1.0 + growth) + offset + noise * sigma(parameters, distance)
+    found: Array = distance * (1.0 + growth) + offset + noise * sigma(parameters, distance)
     if parameters.resolution > 0.0:
         found = np.round(found / parameters.resolution) * parameters.resolution
     return np.clip(found, parameters.range_min, parameters.range_max)
@@ -344,9 +344,9 @@ def _with_noise(
 
 # Presets of commercial distance sensors.
 #
-# Data sheets give bounds of a reading's error. It is mostly the device's own offset: from reading to
-# reading, a still target differs far less. A third of the bound is used as the standard deviation
-# of the offset.
+# Data sheets give bounds of a reading's error. It is mostly the device's own offset: readings of a
+# still target differ far less. A third of the bound is used as the standard deviation of the
+# offset.
 MEASURED_NOISE = (
     "Measured: noise of 2.1 mm, of a VL53L0X at 76 mm in 5 h at 50 Hz "
     "(tomisuarez2/TimeOfFlightCalibration)"

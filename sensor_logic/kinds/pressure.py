@@ -549,8 +549,8 @@ def pad_reading(parameters: PressureParameters, pose: Pose, contact: PadContact)
 SHEET = "Interlink FSR 400 series data sheet, PDS-10004"
 PDS_10004 = f"{SHEET}. Assumed: drift, half of its upper bound"
 # The other parts of the series have a rim too; what it carries was measured with an FSR 402 only.
-NO_RIM = "assumed: nothing presses on the rim"
-RIM = "measured: the share of the rim (ekaeoq/uartfsr, one part in a mount that presses already)"
+NO_RIM = "Assumed: nothing presses on the rim"
+RIM = "Measured: the share of the rim (ekaeoq/uartfsr, one part in a mount that presses already)"
 FSR_400_SERIES = {
     "resistor": "FSR_402",
     "force_min": 0.2,
@@ -632,7 +632,8 @@ PRESETS: tuple[Preset, ...] = (
         "FSR_402_47K",
         "FSR 402, 47 kΩ (force switch)",
         _with_load(FSR_402, 47_000.0),
-        f"{PDS_10004}. {RIM}. Load resistor of the threshold switch in Interlink's FSR Integration Guide",
+        f"{PDS_10004}. {RIM}. Load resistor of the threshold switch in Interlink's FSR "
+        "Integration Guide",
     ),
     Preset(
         "FSR_402_100K",

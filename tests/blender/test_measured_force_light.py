@@ -4,6 +4,7 @@
 import csv
 
 import pytest
+
 from benchmarks.common import ROOT, apart
 
 ROWS = ROOT / "benchmarks" / "measured_force_light.csv"

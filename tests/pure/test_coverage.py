@@ -18,11 +18,10 @@ from angen_sensors.sensor_logic.coverage.grid import Cells, CoverageMap, choose,
 from angen_sensors.sensor_logic.coverage.motions import MOTIONS, Rays, Start, Walker, hits
 from angen_sensors.sensor_logic.error import AngenError
 from angen_sensors.sensor_logic.kinds.pir.coverage import RangeView, WarmView
-from angen_sensors.sensor_logic.kinds.pir.lenses import zone_rays
 from angen_sensors.sensor_logic.kinds.pir.pyroelectric import (
+    rays_of,
     response_of,
     threshold_of,
-    zones_of,
 )
 from angen_sensors.sensor_logic.model import Emission, Pose
 from angen_sensors.sensor_logic.physics import STEFAN_BOLTZMANN
@@ -164,7 +163,7 @@ def prism(walker, feet, ambient):
 
 
 def warm_view(parameters, pose, free=50.0):
-    local, walker = zone_rays(zones_of(parameters), parameters.zone_rays), Walker()
+    local, walker = rays_of(parameters), Walker()
     warm = STEFAN_BOLTZMANN * walker.emissivity * ((walker.celsius + ZERO) ** 4 - (20 + ZERO) ** 4)
     n = len(local.weights)
     return WarmView(

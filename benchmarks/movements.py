@@ -110,8 +110,8 @@ def _swaying(pose: BodyPose, times: Array, side: float, forth: float) -> BodyPos
 
 
 def walks_on_spot(times: Array, spot: Spot) -> BodyPose:
-    """March on the mark: 110 steps a minute, feet lifted by 0.15 m, arms swung by 20°."""
-    hertz, lift, sway, arms = 110 / 60 / 2, 0.15, 0.035, np.radians(20)
+    """March on the mark: 110 steps a minute, feet lifted by 0.15 m, arms swung by 23°."""
+    hertz, lift, sway, arms = 110 / 60 / 2, 0.15, 0.035, np.radians(23)
     roam, turn = 0.03, np.radians(4)
     pose = spot.stand().repeated(len(times))
     phase, size = _cycles(times, hertz, 0.15, "march")

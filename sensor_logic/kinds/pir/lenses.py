@@ -131,13 +131,13 @@ def zone_rays(zones: Zones, count: int, blur: float = 0.0) -> ZoneRays:
     return made
 
 
-def _places(shares: Array, half: float, sigma: float) -> Array:
+def _places(shares: NDArray[Any], half: float, sigma: float) -> Array:
     """Return the places (n,) below which `shares` (n,) of a blurred interval lie.
 
     The interval from −half to half is blurred by a Gaussian of standard deviation `sigma`.
     """
     if sigma == 0.0:
-        return (2.0 * shares - 1.0) * half
+        return np.asarray((2.0 * shares - 1.0) * half, np.float64)
     place = np.linspace(-half - TAILS * sigma, half + TAILS * sigma, 801)
     below = (_normal_sum(place + half, sigma) - _normal_sum(place - half, sigma)) / (2.0 * half)
     return np.interp(shares, below, place)

@@ -113,7 +113,7 @@ def zone_rays(zones: Zones, count: int, blur: float = 0.0) -> ZoneRays:
     blurred by a Gaussian whose standard deviation is `blur` (rad).
     """
     i = np.arange(count) + 0.5
-    across, along = i / count, (i * GOLDEN) % 1.0
+    across, along = np.asarray([i / count, (i * GOLDEN) % 1.0], np.float64)
     sigma = math.tan(blur)
     directions = np.empty((len(zones), count, 3))
     weights = np.empty((len(zones), count))
@@ -131,16 +131,17 @@ def zone_rays(zones: Zones, count: int, blur: float = 0.0) -> ZoneRays:
     return made
 
 
-def _places(shares: NDArray[Any], half: float, sigma: float) -> Array:
+def _places(shares: Array, half: float, sigma: float) -> Array:
     """Return the places (n,) below which `shares` (n,) of a blurred interval lie.
 
     The interval from −half to half is blurred by a Gaussian of standard deviation `sigma`.
     """
     if sigma == 0.0:
-        return np.asarray((2.0 * shares - 1.0) * half, np.float64)
+        return (2.0 * shares - 1.0) * half
     place = np.linspace(-half - TAILS * sigma, half + TAILS * sigma, 801)
     below = (_normal_sum(place + half, sigma) - _normal_sum(place - half, sigma)) / (2.0 * half)
-    return np.interp(shares, below, place)
+    found: Array = np.interp(shares, below, place)
+    return found
 
 
 def _normal_sum(x: Array, sigma: float) -> Array:

@@ -2,11 +2,13 @@
 """Presence radars in scenes of known measure: people who walk, breathe, or stand behind a wall."""
 
 import math
+from pathlib import Path
 from types import SimpleNamespace
 
 import bpy
 import numpy as np
 import pytest
+from bl_ext.user_default.angen_sensors.angen_addon.api.home import Home
 from bl_ext.user_default.angen_sensors.angen_addon.coverage.maps import Views
 from bl_ext.user_default.angen_sensors.angen_addon.explain.explain import explain
 from bl_ext.user_default.angen_sensors.angen_addon.kinds.presence_radar.figure import (
@@ -22,9 +24,11 @@ from bl_ext.user_default.angen_sensors.angen_addon.scene.sensors import read_par
 from bl_ext.user_default.angen_sensors.angen_addon.view.readings import ACTIVE, IDLE, reading_text
 from bl_ext.user_default.angen_sensors.sensor_logic.error import AngenError
 from bl_ext.user_default.angen_sensors.sensor_logic.model import Pose
+from mathutils import Vector
 from panel_layout import drawn, panel_of
 
 ops = bpy.ops.angen
+HOME = Path(__file__).resolve().parents[2] / "sample_blends" / "angen.blend"
 
 # The axes of a sensor that looks level along Y.
 LEVEL = (1, 0, 0), (0, 0, 1), (0, -1, 0)
@@ -110,6 +114,41 @@ def test_a_thin_wall_lets_waves_pass_and_concrete_does_not(world, substance, pre
     else:
         assert found.headline == "Absent: nothing exceeds the threshold of a gate"
         assert dict(found.facts)["To be present"] == "nothing that moves or breathes is in sight"
+
+
+def test_a_sleeper_under_a_duvet_is_present_and_behind_a_board_explain_names_what_stops(world):
+    person(world, (0, 0, -2.3), breathes="YES")
+    duvet = world.box((1.4, 2.0, 0.2), (0, 0, -2.0), "Duvet")
+    radar(world, preset="LD2410")
+    recording = world.run(1, 3)
+    assert all(fields(world, recording, "presence"))
+    (sensor,) = world.sensors()
+    assert explain(world.scene, sensor, recording, 2).headline.endswith("seen through 'Duvet'")
+    duvet.angen_radar.substance = "CONCRETE"
+    duvet.name = "Slab"
+    recording = world.run(1, 3)
+    assert not any(fields(world, recording, "presence"))
+    facts = dict(explain(world.scene, sensor, recording, 2).facts)
+    assert facts["Waves stop at"].startswith("'Slab'")
+
+
+def test_who_lies_in_the_bed_of_the_sample_home_is_present():
+    bpy.ops.wm.open_mainfile(filepath=str(HOME), load_ui=False)
+    with Home.open(HOME) as home:
+        duvet, mattress = bpy.data.objects["Duvet"], bpy.data.objects["Mattress"]
+        top, under = ([obj.matrix_world @ Vector(corner) for corner in obj.bound_box]
+                      for obj in (duvet, mattress))  # fmt: skip
+        middle = sum(top, Vector()) / 8
+        height = max(point.z for point in under)
+        assert max(point.z for point in top) > height, "the duvet lies on the mattress"
+        bpy.ops.mesh.primitive_cube_add(size=1.0, location=(middle.x, middle.y, height - 0.06))
+        body = bpy.context.object
+        body.scale = 0.4, 0.4, 0.2
+        body.angen_radar.substance, body.angen_breathing.breathes = "BODY", "YES"
+        at = (middle.x, middle.y, 2.35)
+        home.add("PRESENCE_RADAR", name="Radar", at=at, look=(0, 0, -1), preset="LD2410")
+        run = home.simulate(frames=(1, 24), sensors=["Radar"])
+        assert np.asarray(run.samples("Radar")["presence"], bool).all()
 
 
 def test_explain_says_who_breathes_and_what_holds_presence(world):

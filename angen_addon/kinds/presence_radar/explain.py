@@ -56,6 +56,8 @@ class RadarCause:
         The objects that the waves passed on the way to the first of these.
     loss
         The mean one-way loss in dB on the way.
+    stops
+        The objects that stop the waves, those with the greatest share of the waves first.
     """
 
     gate: int
@@ -68,6 +70,7 @@ class RadarCause:
     names: tuple[str, ...]
     through: tuple[str, ...]
     loss: float
+    stops: tuple[str, ...]
 
     @property
     def cause_name(self) -> str:
@@ -80,13 +83,8 @@ def explain_radar(replay: Replay, index: int) -> Explanation:
 
     Raise `AngenError` if the sensor cannot be read.
     """
-    track, earlier = replay.track, None
-    before = replay.index_of(replay.update_number(index) - 1, index)
-    if before is not None and before != index:
-        earlier = replay.take_update(before)
-        if earlier is not None:
-            # The scene measures movement from the query before.
-            _echoes(earlier.parameters, earlier.update)
+    track = replay.track
+    replay.sense_before(index)
     pending = replay.take_update(index)
     if pending is None:
         return replay.explain_off(index)
@@ -192,13 +190,14 @@ def _cause(
             met,
             _passed(replay, echoes, share, met),
             float(share @ echoes.loss),
+            _names(replay, echoes, np.where(echoes.reflectance > 0.0, beams.weight, 0.0)),
         ),
         measured,
     )
 
 
 def _names(replay: Replay, echoes: Echoes, share: Array) -> tuple[str, ...]:
-    """Return the names of the objects that return power, the strongest first."""
+    """Return the names of the objects that rays hit, those with the greatest `share` (n,) first."""
     found: dict[str, float] = defaultdict(float)
     for ray in np.flatnonzero(share > 0.0).tolist():
         found[replay.name_of(int(echoes.solid[ray]))] += float(share[ray])
@@ -234,8 +233,11 @@ def _headline(replay: Replay, parameters: RadarParameters, cause: RadarCause, in
 def _facts(
     replay: Replay, parameters: RadarParameters, cause: RadarCause, measured: Measurement
 ) -> Facts:
+    stops: Facts = []
+    if not cause.detects and cause.stops:
+        stops = [("Waves stop at", named(cause.stops, NAMES_SHOWN))]
     if not cause.names:
-        return []
+        return stops
     lengths = replay.lengths
     energy = f"energy {cause.energy:.0f}, {'' if cause.detects else 'not '}above"
     # The panel of events has room for names of 14 letters and texts of 22.
@@ -250,7 +252,7 @@ def _facts(
         facts.append(("Passed", f"{named(cause.through)}: {2.0 * cause.loss:.1f} dB both ways"))
     if parameters.max_targets:
         facts.append(("Targets", str(len(measured.targets))))
-    return facts
+    return facts + stops
 
 
 def lacking(replay: Replay, index: int, found: Explanation) -> Explanation:

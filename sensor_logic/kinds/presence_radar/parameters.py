@@ -186,6 +186,7 @@ class RadarParameters(Parameters):
         "less it counts as moving",
         unit="s",
         minimum=0.001,
+        maximum=10.0,
         short="Integration",
     )
     still_time: float = parameter(

@@ -116,7 +116,7 @@ class RadarView:
         """Return the largest ratio (m,) in a gate at the update at `time`."""
         parameters, known = self.parameters, self.known
         seen = hits(motion, start, time, self._rays)
-        at = hit_distances(seen, parameters.range_min)
+        at = hit_distances(seen, parameters.range_min / parameters.range_scale)
         visible = (at < self.free[seen.ray]) & (at < parameters.reach)
         body, ray, at = seen.body[visible], seen.ray[visible], at[visible]
         step = np.minimum(np.ceil(at / self.step).astype(np.intp), len(self.loss) - 1)
@@ -128,7 +128,7 @@ class RadarView:
         else:
             speed = breathing_speed(PERSON_BREATHING, PERSON_RATE)
         size = cells_of(parameters)
-        cell = body * size + np.rint(at * (CELLS / parameters.gate_length)).astype(np.intp)
+        cell = body * size + np.rint(at * (CELLS / parameters.bin_length)).astype(np.intp)
         cells = np.bincount(cell, power * doppler_weight(speed, corner), len(start) * size)
         in_gates = gate_sums(cells.reshape(-1, size), WINDOW**2, parameters.gates)
         floors = known.floors[channel]

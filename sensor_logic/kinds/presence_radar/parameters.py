@@ -89,6 +89,16 @@ class RadarParameters(Parameters):
         source=LD2410,
         short="Gate",
     )
+    range_scale: float = parameter(
+        1.0,
+        "Distance scale",
+        "Reported distance over true distance, of a module whose sweep is wider than it assumes. "
+        "All distances and gates of this sensor are reported ones",
+        minimum=0.5,
+        maximum=2.0,
+        source=MEASURED,
+        short="Scale",
+    )
     moving_range: float = parameter(
         6.0,
         "Range of moving",
@@ -140,7 +150,7 @@ class RadarParameters(Parameters):
             Choice(DECIBELS, "Decibels", "One point for each decibel (LD2410S, LD2420)", 1),
         ),
         source=MEASURED,
-        short="Scale",
+        short="Energies in",
     )
     moving_thresholds: str = parameter(
         "50 50 40 30 20 15 15 15 15",
@@ -199,12 +209,12 @@ class RadarParameters(Parameters):
         source=MEASURED,
     )
     tail_share: float = parameter(
-        0.4,
+        0.05,
         "Tail share",
         "Amplitude of the echoes by way of the room, in a gate length behind a body, as a share of "
         "its own echo",
         maximum=2.0,
-        source="five LD2410C in a flat, 0.3 to 0.5: docs/presence_radar.md",
+        source="a room 0.05, a flat 0.3 to 0.5: docs/presence_radar.md",
         short="Tail",
     )
     tail_length: float = parameter(
@@ -289,9 +299,14 @@ class RadarParameters(Parameters):
         return math.ceil(self.range_max / self.gate_length - 1e-6) + 1
 
     @property
+    def bin_length(self) -> float:
+        """The true distance in m between the middles of gates."""
+        return self.gate_length / self.range_scale
+
+    @property
     def reach(self) -> float:
-        """The distance in m beyond which nothing is detected."""
-        return self.range_max + self.gate_length / 2.0
+        """The true distance in m beyond which nothing is detected."""
+        return (self.range_max + self.gate_length / 2.0) / self.range_scale
 
     def by_gate(self, name: str) -> Array:
         """Return a number (gates,) for each gate from the text in the parameter `name`.

@@ -10,6 +10,7 @@ from .parameters import AMPLITUDE
 
 _part = parts_with(
     range_min=0.0,
+    range_scale=1.0,
     moving_energy=15.0,
     still_energy=20.0,
     scale=AMPLITUDE,
@@ -18,7 +19,7 @@ _part = parts_with(
     movement_starts=False,
     integration_time=0.1,
     still_time=2.0,
-    tail_share=0.4,
+    tail_share=0.05,
     tail_length=1.5,
     max_targets=0,
     angle_resolution=math.radians(20.0),
@@ -34,6 +35,7 @@ _LD2410 = {
     "frequency": 24.125,
     "horizontal_fov": math.radians(120.0),
     "vertical_fov": math.radians(120.0),
+    "range_scale": 1.05,
     "moving_range": 6.0,
     "still_range": 12.0,
     "moving_thresholds": "50 50 40 30 20 15 15 15 15",

@@ -134,7 +134,8 @@ def echo_powers(parameters: RadarParameters, weight: Array, echoes: Echoes) -> A
     """
     near = np.maximum(echoes.ranges, NEAREST)
     power = echoes.reflectance * weight / near**2 * 10.0 ** (-0.2 * echoes.loss)
-    seen = (echoes.ranges < parameters.reach) & (echoes.ranges >= parameters.range_min)
+    nearest = parameters.range_min / parameters.range_scale
+    seen = (echoes.ranges < parameters.reach) & (echoes.ranges >= nearest)
     return np.where(seen, power, 0.0)
 
 
@@ -274,7 +275,7 @@ def in_cells(parameters: RadarParameters, ranges: Array, power: Array) -> Array:
     """
     size = cells_of(parameters)
     # What returns no power can be beyond the last cell.
-    place = np.where(power > 0.0, ranges, 0.0) * (CELLS / parameters.gate_length)
+    place = np.where(power > 0.0, ranges, 0.0) * (CELLS / parameters.bin_length)
     cell = place.astype(np.intp)
     beyond = place - cell
     found: Array = np.bincount(cell, power * (1.0 - beyond), size)
@@ -286,7 +287,7 @@ def in_cells(parameters: RadarParameters, ranges: Array, power: Array) -> Array:
 def tail(parameters: RadarParameters) -> Array:
     """Return the power (k,) that a power of 1 in a cell gives in that cell and those behind it."""
     # Beyond five lengths, less than 1 % of the amplitude is left.
-    step = parameters.gate_length / CELLS / parameters.tail_length
+    step = parameters.bin_length / CELLS / parameters.tail_length
     count = min(cells_of(parameters), math.ceil(5.0 / step))
     power = parameters.tail_share**2 / CELLS * np.exp(-2.0 * step * np.arange(count))
     power[0] = 1.0
@@ -579,7 +580,7 @@ def groups(
     total = powers.sum(axis=0)
     rays = np.flatnonzero(total > 0.0)
     found = []
-    apart = parameters.gate_length, parameters.angle_resolution
+    apart = parameters.bin_length, parameters.angle_resolution
     for part in separate(ranges[rays], beams.azimuth[rays], *apart):
         which = rays[part]
         weight, moving = total[which], powers[0, which]
@@ -588,7 +589,8 @@ def groups(
         azimuth = float(weight @ beams.azimuth[which]) / power
         mean = float(moving @ speed[which]) / max(float(moving.sum()), 1e-300)
         seen = profile(parameters, known, ranges[which], powers[:, which])
-        found.append(Group(Target(distance, azimuth, mean), which, power, seen))
+        target = Target(distance * parameters.range_scale, azimuth, mean)
+        found.append(Group(target, which, power, seen))
     return sorted(found, key=lambda group: group.target.distance)
 
 

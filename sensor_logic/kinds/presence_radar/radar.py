@@ -398,7 +398,7 @@ def amplitudes(parameters: RadarParameters, cells: Array, gates: Array, drawn: D
     `cells` (n, 2, cells) and `gates` (n, 2, gates) are those of the profiles at the updates.
     """
     if drawn.cells is None:
-        return gates
+        return gates.copy()
     found = np.zeros(gates.shape)
     for i in range(2):
         rows = np.flatnonzero(gates[:, i].any(axis=-1))

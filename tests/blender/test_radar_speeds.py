@@ -7,26 +7,9 @@ import bpy
 import numpy as np
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.explain.explain import explain
-from bl_ext.user_default.angen_sensors.angen_addon.runtime import sensor_runner
 from bl_ext.user_default.angen_sensors.angen_addon.scene.rays import frames as batches
-from bl_ext.user_default.angen_sensors.sensor_logic.radio.echoes import ECHOES
 
 FPS = 60
-
-
-@pytest.fixture
-def echoes(monkeypatch):
-    """Return the `Echoes` of radars, by the name and the step of each update."""
-    found, answer = {}, sensor_runner.ANSWERS[ECHOES]
-
-    def spied(query, *question, which=None):
-        answers = answer(query, *question, which=which)
-        for i, step in enumerate(query.steps):
-            found[query.sensor.name, step] = answers[i]
-        return answers
-
-    monkeypatch.setitem(sensor_runner.ANSWERS, ECHOES, spied)
-    return found
 
 
 def radar(world, name="radar", rate=10.0, at=(0, 0, 0), **settings):

@@ -238,10 +238,10 @@ def test_the_power_of_a_small_target_falls_with_the_fourth_power_of_its_distance
 def test_energies_are_in_proportion_to_the_amplitude_or_decibels():
     """Four times the power: twice the amplitude, or 6 dB."""
     for scale, more in (("AMPLITUDE", lambda e: 2.0 * e), ("DECIBELS", lambda e: e + 6.02)):
-        parameters = RadarParameters(scale=scale, **QUIET)
+        parameters = RadarParameters(scale=scale, rays_across=1, rays_up=1, **QUIET)
         far, near = (
             energies(run(Answer(echoes(3.0, speed=1.0, share=share)), parameters)[-1])[4, 0]
-            for share in (0.01, 0.04)
+            for share in (0.002, 0.008)
         )
         assert 5.0 < far and near == pytest.approx(more(far), abs=1.0)
 
@@ -639,7 +639,9 @@ def test_nearer_than_range_min_or_beyond_the_last_gate_nothing_is_seen():
 
 
 def test_a_module_can_report_longer_distances_than_the_true_ones():
-    parameters = RadarParameters(range_scale=1.05, tail_share=0.0, **QUIET)
+    parameters = RadarParameters(
+        range_scale=1.05, tail_share=0.0, rays_across=1, rays_up=1, **QUIET
+    )
     for at in (1.5, 3.0, 4.6):
         fields = last(Answer(echoes(at, speed=1.0)), parameters)
         assert fields["distance_m"] == pytest.approx(1.05 * at, rel=0.02)
@@ -696,9 +698,9 @@ def test_targets_fade_as_the_energies_do():
     person = Person((0.0, 6.0, 0.0), velocity=(0.0, 0.1, 0.0))
     for values in ({}, {"fading": False, "energy_noise": 8.0}):
         parameters = tracker(still_thresholds="100", moving_range=5.0, **values)
-        found = [reading.fields for reading in run(Scene([person]), parameters, updates=100)]
+        found = [reading.fields for reading in run(Scene([person]), parameters, updates=35)]
         assert {one["presence"] for one in found} == {True, False}
-        assert all(one["presence"] == bool(one["targets"]) for one in found)
+        assert all(one["presence"] == bool(one["targets"]) for one in found[1:])
 
 
 @pytest.mark.parametrize(("speed", "moves"), [(9.9, True), (10.1, False), (-47.9, False)])

@@ -10,8 +10,8 @@ over seconds. See docs/presence_radar.md.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -36,7 +36,7 @@ GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 BEYOND = 1.5
 # Cells of distance in a gate, each of which has its own random sum of echoes. The lobe of a Hann
 # window is two gates long on each side.
-CELLS = 8
+CELLS = 4
 LOBE = 2 * CELLS
 # A Rayleigh distribution with a mean of 1 is the length of a complex number, of which both parts
 # have this standard deviation.
@@ -554,10 +554,20 @@ def sweep(
     parameters: RadarParameters, known: Calibration, beams: Beams, echoes: Echoes
 ) -> Sweep:
     """Return what a radar with the rays `beams` receives; `echoes` has what they hit."""
-    power = echo_powers(parameters, beams.weight, echoes)
-    powers = power * doppler_weights(parameters, echoes)
-    speed: Array = np.where(np.abs(echoes.speed) <= FASTEST, echoes.speed, 0.0).mean(axis=0)
-    found = profile(parameters, known, echoes.ranges, powers)
+    # Most rays hit what neither moves nor lives.
+    rays = np.flatnonzero(echoes.speed.any(axis=0) | (echoes.breathing > 0.0))
+    part = replace(
+        echoes,
+        ranges=echoes.ranges[rays],
+        speed=echoes.speed[:, rays],
+        **{name: getattr(echoes, name)[rays] for name in ("breathing", "rate", "loss", "reflectance")},
+    )
+    powers, speed = np.zeros((2, len(beams.weight))), np.zeros(len(beams.weight))
+    powers[:, rays] = echo_powers(parameters, beams.weight[rays], part) * doppler_weights(
+        parameters, part
+    )
+    speed[rays] = np.where(np.abs(part.speed) <= FASTEST, part.speed, 0.0).mean(axis=0)
+    found = profile(parameters, known, part.ranges, powers[:, rays])
     grouped: tuple[Group, ...] = ()
     if parameters.max_targets:
         grouped = tuple(groups(parameters, known, beams, echoes.ranges, powers, speed))
@@ -795,9 +805,9 @@ def _readings(
         "moving": found.detects[which, 0].any(axis=1),
         "distance_m": distance[which],
         "targets": [len(one) for one in chosen],
-        "x_m": [_joined(map(x_of, one)) for one in chosen],
-        "y_m": [_joined(map(y_of, one)) for one in chosen],
-        "speed_mps": [_joined(target.speed for target in one) for one in chosen],
+        "x_m": _joined(chosen, x_of),
+        "y_m": _joined(chosen, y_of),
+        "speed_mps": _joined(chosen, lambda target: target.speed),
         "gates": gates_texts(found.energies[which]),
     }
     return Readings(presence[which], distance[which], fields)
@@ -816,8 +826,9 @@ def y_of(target: Target) -> float:
     return target.distance * math.cos(target.azimuth)
 
 
-def _joined(values: Iterable[float]) -> str:
-    return ";".join(f"{value:.3f}" for value in values)
+def _joined(updates: list[list[Target]], value: Callable[[Target], float]) -> list[str]:
+    """Return a value of the targets at each update as a text, joined by semicolons."""
+    return [";".join([f"{value(target):.3f}" for target in one]) if one else "" for one in updates]
 
 
 # The texts of all pairs of whole energies, since formatting each takes longer than the model.

@@ -228,7 +228,9 @@ def test_the_power_of_a_small_target_falls_with_the_fourth_power_of_its_distance
         rays = beams.origins, beams.directions, beams.length, parameters.frequency, 0.1
         scene.answer(0, *rays)
         seen = scene.at(0.1).answer(0, *rays)
-        powers.append(float(sweep(parameters, calibration(parameters), beams, seen).powers[0].sum()))
+        powers.append(
+            float(sweep(parameters, calibration(parameters), beams, seen).powers[0].sum())
+        )
     assert 10.0 * math.log10(powers[0] / powers[1]) == pytest.approx(40.0 * math.log10(2), abs=0.5)
     # The power is σ/R⁴ with the silhouette of the ball, except near its rim.
     expected = reflectance("BODY", 24.125) * math.pi * 0.1**2 / 4.0**4
@@ -813,7 +815,12 @@ def test_a_map_agrees_with_the_model():
     still, known = MOTIONS["STILL"], calibration(parameters)
     scene = Scene([Person((0.0, 3.0, 0.925 - 1.0), half=0.325, breathing=0.005)])
     beams = radar_beams(parameters, POSE)
-    seen = sweep(parameters, known, beams, scene.answer(0, beams.origins, beams.directions, beams.length, 24.125, 0.1))
+    seen = sweep(
+        parameters,
+        known,
+        beams,
+        scene.answer(0, beams.origins, beams.directions, beams.length, 24.125, 0.1),
+    )
     ratio = ((seen.profile.gates[1] + known.floors[1]) / known.thresholds[1]).max()
     assert (still.bottom, still.top) == (0.6, 1.25)
     assert covered("LD2410", 3.0, "STILL", tail_share=0.0) == pytest.approx(ratio, rel=0.02)

@@ -11,7 +11,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ....sensor_logic.kinds.presence_radar.parameters import NEVER, RadarParameters
+from ....sensor_logic.kinds.presence_radar.parameters import (
+    NEVER,
+    OFF,
+    THRESHOLDS,
+    RadarParameters,
+)
 from ....sensor_logic.kinds.presence_radar.radar import (
     Noise,
     Sweep,
@@ -23,7 +28,6 @@ from ....sensor_logic.kinds.presence_radar.radar import (
     gate_energies,
     hann,
     radar_beams,
-    read_distance,
     sweep,
     with_floors,
 )
@@ -129,11 +133,9 @@ class Repeated:
         Whether each of the energies is known (2, gates): a still one is not where the energy before
         was clipped, or is not in the recording.
     thresholds
-        The thresholds (2, gates); inf for a gate that never detects.
+        The thresholds (2, gates), as in the parameters.
     detects
         Whether each gate detects, by the energy of movement now and the recorded still one.
-    distance
-        The distance in m of what moves; NaN if nothing does.
     targets
         The number of targets.
     """
@@ -145,7 +147,6 @@ class Repeated:
     is_known: NDArray[np.bool_]
     thresholds: Array
     detects: NDArray[np.bool_]
-    distance: float
     targets: int
 
 
@@ -174,12 +175,10 @@ def _repeat(replay: Replay, parameters: RadarParameters, updates: Updates, index
     detects = np.stack([energy[0, 0] > known.thresholds[0], np.zeros(len(is_known[0]), bool)])
     if recorded.shape == is_known.shape:
         detects[1] = recorded[1] > known.thresholds[1]
-    distance = float(read_distance(parameters, found[:, 0], detects[None, 0])[0])
     shown = np.where(known.is_on, np.clip(energy[0], 0.0, 100.0), 0.0)
     count = len(find_targets(parameters, known, seen, drawn)[0])
-    return Repeated(
-        echoes, seen, beams.weight, shown, is_known, known.thresholds, detects, distance, count
-    )
+    needed = np.stack([parameters.by_gate(name) for name in THRESHOLDS])
+    return Repeated(echoes, seen, beams.weight, shown, is_known, needed, detects, count)
 
 
 def _differing(replay: Replay, again: Repeated, index: int) -> str:
@@ -203,9 +202,7 @@ def _word(replay: Replay, index: int) -> str:
     return kind.active_label if replay.track.active[index] else kind.idle_label
 
 
-def _cause(
-    replay: Replay, parameters: RadarParameters, again: Repeated, index: int
-) -> RadarCause:
+def _cause(replay: Replay, parameters: RadarParameters, again: Repeated, index: int) -> RadarCause:
     """Return the gate that decides the reading."""
     echoes, powers = again.echoes, again.seen.powers
     detects = again.detects
@@ -216,10 +213,12 @@ def _cause(
     echo = again.seen.profile.gates
     if detects.any():
         which = 0 if detects[0].any() else 1
-        gate = int(np.where(detects[which], np.maximum(again.energies[which], echo[which]), -1).argmax())
+        gate = int(
+            np.where(detects[which], np.maximum(again.energies[which], echo[which]), -1).argmax()
+        )
     else:
         # Where all gates that receive anything are switched off, take the strongest.
-        shares = echo / again.thresholds
+        shares = np.where(_is_off(again.thresholds), 0.0, echo / again.thresholds.clip(1e-9))
         best = int(np.argmax(shares if shares.any() else echo))
         which, gate = divmod(best, echo.shape[1])
     power = powers[which] * hann(echoes.ranges / parameters.bin_length - gate) ** 2
@@ -291,7 +290,7 @@ def _facts(
     # The panel of events has room for names of 14 letters and texts of 22.
     facts: Facts = [
         ("Gate", f"{cause.gate}, {gate_span(parameters, cause.gate, lengths)}"),
-        ("Movement" if cause.moving else "Breathing", f"{energy} {_needed(cause)}"),
+        ("Movement" if cause.moving else "Breathing", f"{energy} {cause.threshold:g}"),
     ]
     if cause.detects and cause.moving:
         way = "away" if cause.speed > 0.0 else "towards it"
@@ -303,8 +302,8 @@ def _facts(
     return facts + stops
 
 
-def _needed(cause: RadarCause) -> str:
-    return f"{NEVER:g} or 0" if math.isinf(cause.threshold) else f"{cause.threshold:g}"
+def _is_off(thresholds: Any) -> Any:
+    return (thresholds <= OFF) | (thresholds >= NEVER)
 
 
 def lacking(replay: Replay, index: int, found: Explanation) -> Explanation:
@@ -318,8 +317,8 @@ def lacking(replay: Replay, index: int, found: Explanation) -> Explanation:
     kind = "movement" if cause.moving else "breathing"
     if not cause.names:
         return found.after([("To be present", "nothing that moves or breathes is in sight")])
-    if math.isinf(cause.threshold):
-        text = f"gate {cause.gate} is switched off for {kind}: its threshold is {_needed(cause)}"
+    if _is_off(cause.threshold):
+        text = f"gate {cause.gate} is switched off for {kind}: its threshold is {cause.threshold:g}"
         return found.after([("To be present", text), ("Nearest to it", named(cause.names))])
     text = (
         f"more than {cause.threshold:g} is needed in gate {cause.gate}: the energy of {kind} is "

@@ -19,7 +19,6 @@ from ....sensor_logic.kinds.presence_radar.radar import (
     edge_of,
     gate_energies,
     radar_beams,
-    ray_angles,
 )
 from ....sensor_logic.model import Array, Index, Pose
 from ....sensor_logic.wording import Lengths, typed
@@ -62,7 +61,9 @@ def rays_figure(seen: Any, number: int, met: RaysMet, metres: float) -> Figure:
         for meaning, which in (("outline", both), ("limit", ~both)):
             first, last = straight(ends, which, metres)
             drawn.add(meaning, pairs(ends[:, :-1][first], ends[:, 1:][last]))
-    drawn.add("gate", *_arcs(parameters, seen.pose, met.ranges[level], metres))
+    drawn.add(
+        "gate", *_arcs(parameters, seen.pose, met.directions[level], met.ranges[level], metres)
+    )
     return drawn
 
 
@@ -76,16 +77,19 @@ def upright_rays(parameters: RadarParameters) -> Index:
     return found
 
 
-def _arcs(parameters: RadarParameters, pose: Pose, ranges: Array, metres: float) -> list[Array]:
+def _arcs(
+    parameters: RadarParameters, pose: Pose, directions: Array, ranges: Array, metres: float
+) -> list[Array]:
     """Return the middle of each gate as lines in the level plane, up to what stops the waves.
 
-    `ranges` (n,) in m are those of a level row of rays, from left to right.
+    `directions` (n, 3) and `ranges` (n,) in m are those of a level row of rays, from left to right.
     """
     edge = edge_of(parameters.horizontal_fov)
     azimuth = np.linspace(-edge, edge, POINTS)
-    column = np.arange(len(ranges)) * 2.0 / len(ranges) - 1.0
-    starts = ray_angles(column, parameters.horizontal_fov)
-    free = ranges[np.maximum(np.searchsorted(starts, azimuth, side="right") - 1, 0)]
+    # A point is in sight if the rays on both sides of it get farther.
+    rays = np.arctan2(*(directions @ pose.axes[:, [0, 2]] * (1.0, -1.0)).T)
+    after = np.clip(np.searchsorted(rays, azimuth), 1, len(rays) - 1) if len(rays) > 1 else 0
+    free = np.minimum(ranges[after], ranges[np.maximum(after - 1, 0)])
     local = np.stack([np.sin(azimuth), np.zeros(POINTS), -np.cos(azimuth)], axis=1)
     ways, origin = local @ pose.axes.T, pose.origin
     arcs = []
@@ -215,9 +219,7 @@ def gate_span(parameters: RadarParameters, gate: int, lengths: Lengths) -> str:
 
     `gate` is its number from 0.
     """
-    first, last = (
-        round(max(gate + end, 0.0) * parameters.gate_length, 3) for end in (-0.5, 0.5)
-    )
+    first, last = (round(max(gate + end, 0.0) * parameters.gate_length, 3) for end in (-0.5, 0.5))
     return f"{typed(first / lengths.metres, '')}–{lengths.typed(last)}"
 
 

@@ -122,7 +122,9 @@ class RadarView:
         step = np.minimum(np.ceil(at / self.step).astype(np.intp), len(self.loss) - 1)
         power = reflectance("BODY", parameters.frequency) * self.beams.weight[ray]
         power = power / np.maximum(at, NEAREST) ** 2 * 10.0 ** (-0.2 * self.loss[step, ray])
-        channel, corner = (0, parameters.moving_corner) if motion.speed else (1, parameters.still_corner)
+        channel, corner = (
+            (0, parameters.moving_corner) if motion.speed else (1, parameters.still_corner)
+        )
         if motion.speed:
             speed = self._radial_speed(motion, start, time, body, ray, at)
         else:

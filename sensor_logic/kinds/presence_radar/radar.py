@@ -408,7 +408,9 @@ def amplitudes(parameters: RadarParameters, cells: Array, gates: Array, drawn: D
     return found
 
 
-def with_floors(parameters: RadarParameters, known: Calibration, echo: Array, drawn: Draws) -> Array:
+def with_floors(
+    parameters: RadarParameters, known: Calibration, echo: Array, drawn: Draws
+) -> Array:
     """Return the amplitudes (n, 2, gates) of echoes with those of the floors added."""
     floors = known.floors * (1.0 + parameters.floor_noise * drawn.floors)
     return echo + np.maximum(floors, 0.0)
@@ -550,9 +552,7 @@ class Sweep:
     groups: tuple[Group, ...]
 
 
-def sweep(
-    parameters: RadarParameters, known: Calibration, beams: Beams, echoes: Echoes
-) -> Sweep:
+def sweep(parameters: RadarParameters, known: Calibration, beams: Beams, echoes: Echoes) -> Sweep:
     """Return what a radar with the rays `beams` receives; `echoes` has what they hit."""
     # Most rays hit what neither moves nor lives.
     rays = np.flatnonzero(echoes.speed.any(axis=0) | (echoes.breathing > 0.0))
@@ -560,7 +560,10 @@ def sweep(
         echoes,
         ranges=echoes.ranges[rays],
         speed=echoes.speed[:, rays],
-        **{name: getattr(echoes, name)[rays] for name in ("breathing", "rate", "loss", "reflectance")},
+        **{
+            name: getattr(echoes, name)[rays]
+            for name in ("breathing", "rate", "loss", "reflectance")
+        },
     )
     powers, speed = np.zeros((2, len(beams.weight))), np.zeros(len(beams.weight))
     powers[:, rays] = echo_powers(parameters, beams.weight[rays], part) * doppler_weights(
@@ -612,7 +615,11 @@ def find_targets(
     A group is a target if its own rays exceed the threshold of movement in a gate, or that of
     breathing on the mean: targets have no identity, and so no memory.
     """
-    detects = []
+    detects, count = [], len(drawn.floors)
+    floors_vary = known.floors.any() and parameters.floor_noise
+    if drawn.cells is None and not (parameters.energy_noise or floors_vary):
+        # The same at each update.
+        drawn = drawn.rows(slice(0, 1))
     for group in seen.groups:
         shape = len(drawn.floors)
         rows = [np.broadcast_to(part, (shape, *part.shape)) for part in group.profile]
@@ -622,10 +629,10 @@ def find_targets(
         detects.append((energy > known.thresholds).any(axis=(1, 2)))
     order = sorted(range(len(detects)), key=lambda i: -seen.groups[i].power)
     found = []
-    for update in np.stack(detects, axis=1).tolist() if detects else [[]] * len(drawn.floors):
+    for update in np.stack(detects, axis=1).tolist() if detects else [[]]:
         strongest = [i for i in order if update[i]][: parameters.max_targets]
         found.append([seen.groups[i].target for i in sorted(strongest)])
-    return found
+    return found if len(found) == count else found * count
 
 
 def energies(parameters: RadarParameters, found: Array, drawn: Draws) -> Array:
@@ -633,9 +640,7 @@ def energies(parameters: RadarParameters, found: Array, drawn: Draws) -> Array:
     return energy_of(parameters, found) + parameters.energy_noise * drawn.energies
 
 
-def _with_noise(
-    parameters: RadarParameters, found: list[Target], noise: Array
-) -> list[Target]:
+def _with_noise(parameters: RadarParameters, found: list[Target], noise: Array) -> list[Target]:
     """Return targets with noise (targets, 2); distances stay within the range."""
     if not (parameters.range_noise or parameters.angle_noise):
         return found
@@ -721,18 +726,12 @@ class PresenceRadar(Model):
         rows, where = np.unique(answers.rows[part], return_inverse=True)
         seen = [self._sweep(parameters, updates.pose, answers.table[row]) for row in rows.tolist()]
         drawn = self._noise.draw(parameters, updates.numbers[part], updates.noise)
-        cells, gates = (
-            np.stack([one.profile[i] for one in seen])[where] for i in range(2)
-        )
-        found = with_floors(
-            parameters, known, amplitudes(parameters, cells, gates, drawn), drawn
-        )
+        cells, gates = (np.stack([one.profile[i] for one in seen])[where] for i in range(2))
+        found = with_floors(parameters, known, amplitudes(parameters, cells, gates, drawn), drawn)
         found[:, 1] = self._mean.run(updates.times[part], found[:, 1], parameters.still_time)
         energy = energies(parameters, found, drawn)
         detects = energy > known.thresholds
-        moving, still = (
-            read_distance(parameters, found[:, i], detects[:, i]) for i in range(2)
-        )
+        moving, still = (read_distance(parameters, found[:, i], detects[:, i]) for i in range(2))
         distance = np.where(np.isnan(moving), still, moving)
         if parameters.range_noise:
             distance = distance + parameters.range_noise * drawn.targets[:, -1, 0]

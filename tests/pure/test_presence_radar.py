@@ -3,6 +3,7 @@
 
 import math
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -525,7 +526,7 @@ def test_a_leaky_mean_is_that_of_its_difference_equation():
         assert found[i] == pytest.approx(mean, rel=1e-9)
     parts = LeakyMean()
     cuts = [0, 1, 2, 70, 900, 1001, 2000]
-    again = [parts.run(times[a:b], values[a:b], 2.0) for a, b in zip(cuts, cuts[1:], strict=False)]
+    again = [parts.run(times[a:b], values[a:b], 2.0) for a, b in pairwise(cuts)]
     assert np.array_equal(np.concatenate(again), found), "to the bit"
 
 
@@ -592,7 +593,7 @@ def test_many_updates_at_once_give_the_readings_of_one_at_a_time(parameters):
     together = PresenceRadar().sense(parameters, updates(0, count))
     for cuts in ([0, 1, 2, 3, 7, 64, 65, 128, count], [*range(count), count]):
         model, found = PresenceRadar(), []
-        for first, last_one in zip(cuts, cuts[1:], strict=False):
+        for first, last_one in pairwise(cuts):
             readings = model.sense(parameters, updates(first, last_one))
             found += [readings[i] for i in range(len(readings))]
         assert [one.fields for one in found] == [together[i].fields for i in range(count)]

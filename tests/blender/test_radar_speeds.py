@@ -149,7 +149,7 @@ def test_only_the_steps_within_the_integration_time_are_evaluated(world, echoes)
 
 def test_an_explanation_has_the_speed_of_the_run(world, echoes):
     rocking(world)
-    radar(world, rate=2.0)
+    radar(world, rate=2.0, fading=False)
     recording = world.run(1, 3 * FPS)
     (sensor,) = world.sensors()
     whole = dict(echoes)

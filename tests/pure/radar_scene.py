@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from angen_sensors.sensor_logic.kinds.presence_radar.parameters import RadarParameters
 from angen_sensors.sensor_logic.kinds.presence_radar.radar import PresenceRadar
-from angen_sensors.sensor_logic.model import Pose, Update
+from angen_sensors.sensor_logic.model import FIRST, Answers, Pose, Updates
 from angen_sensors.sensor_logic.noise import generator
 from angen_sensors.sensor_logic.radio.echoes import ECHOES, Echoes
 from angen_sensors.sensor_logic.radio.substances import attenuation, reflectance
@@ -96,7 +96,7 @@ class Scene:
                 speed[beyond] = breathing[beyond] = 0.0
             else:
                 loss[beyond] += attenuation(wall.substance, wall.thickness, frequency)
-        return Echoes(ranges, speed[None], breathing, np.zeros(n), loss, share, solid)
+        return Echoes(ranges, speed[None], breathing, breathing * 50.0, loss, share, solid)
 
     def at(self, time):
         self.time = time
@@ -110,14 +110,16 @@ def run(scene, parameters=None, updates=2, rate=10.0, model=None, first=0, pose=
     found = []
     for number in range(first, first + updates):
         scene.at(number / rate)
-        update = Update(
-            number,
-            number / rate,
+        update = Updates(
+            np.array([number]),
+            np.array([number / rate]),
+            np.ones(1, bool),
             pose,
-            {ECHOES: scene.answer},
-            lambda number=number: generator(0, name, number),
+            {ECHOES: lambda *question, which=None: Answers([scene.answer(*question)], FIRST)},
+            lambda block: generator(0, name, block),
+            lambda: generator(0, name, 0),
         )
-        found.append(model.update(parameters, update))
+        found.append(model.sense(parameters, update)[0])
     return found
 
 

@@ -242,6 +242,13 @@ def test_a_thesis_preset_sets_all_that_the_thesis_gives(kind):
     assert of_thesis <= set(preset.values)
 
 
+@pytest.mark.parametrize("kind", ["PRESSURE", "LIGHT", "DISTANCE", "CONTACT", "OPTICAL_SWITCH"])
+def test_a_part_says_what_of_it_was_measured_and_what_is_assumed(kind):
+    for identifier, preset in NAMED[kind].items():
+        if identifier not in {"THESIS", "PAD"}:
+            assert "Assumed:" in preset.source or "Measured:" in preset.source, identifier
+
+
 def test_areas_are_those_of_the_sizes_in_the_data_sheet():
     areas = {preset.identifier: preset.values["area"] for preset in KINDS["PRESSURE"].presets}
     assert areas["FSR_400"] == pytest.approx(math.pi / 4 * 0.0051**2, rel=1e-3)

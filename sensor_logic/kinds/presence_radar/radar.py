@@ -28,6 +28,9 @@ from .parameters import DECIBELS, FASTEST, FLOORS, NEVER, OFF, THRESHOLDS, Radar
 # coverage maps, with quiet breathing (m from peak to peak, Hz).
 PERSON_HEIGHT, PERSON_WIDTH = 1.7, 0.4
 PERSON_BREATHING, PERSON_RATE = 0.005, 0.25
+# The shares of the power of a plate of this size that a resident returns, whose front is round, and
+# that a resident who walks on the spot returns as moving. Both are from simulated residents.
+ROUND, WALKING = 0.53, 0.2
 # Targets are not nearer than this (m), so that powers are finite.
 NEAREST = 0.01
 # The golden ratio spaces the rows' offsets most evenly.
@@ -140,21 +143,22 @@ def echo_powers(parameters: RadarParameters, weight: Array, echoes: Echoes) -> A
 
 
 def breathing_speed(breathing: ArrayLike, rate: ArrayLike) -> Array:
-    """Return the root mean square of the speed in m/s of a breathing chest.
+    """Return the mean speed in m/s of a breathing chest, by fourth powers as `doppler_weight`.
 
     `breathing` is its displacement in m from peak to peak, and `rate` is in Hz.
     """
-    found: Array = math.pi * np.asarray(breathing) * np.asarray(rate) / math.sqrt(2.0)
+    found: Array = math.pi * np.asarray(breathing) * np.asarray(rate) * 0.375**0.25
     return found
 
 
 def doppler_weight(speed: ArrayLike, corner: float) -> Array:
-    """Return the share of the power at a radial speed that counts: v²/(v² + c²).
+    """Return the share of the power at a radial speed that counts: (v²/(v² + c²))².
 
-    `speed` v and `corner` c are in m/s. This is a high-pass filter of the first order.
+    `speed` v and `corner` c are in m/s. This is a high-pass filter of the second order, as of a
+    radar that takes differences between sweeps twice to remove what stands still.
     """
     square = np.asarray(speed, np.float64) ** 2
-    found: Array = square / (square + corner**2)
+    found: Array = (square / (square + corner**2)) ** 2
     return found
 
 
@@ -171,9 +175,9 @@ def doppler_weights(parameters: RadarParameters, echoes: Echoes) -> Array:
 
 
 def person_power(parameters: RadarParameters, distance: float) -> float:
-    """Return the power in m⁻² that the standard person returns straight ahead.
+    """Return the power in m⁻² of a plate of the size of a person straight ahead.
 
-    The person is a plate across the view axis at `distance` (m), with its middle on the axis. The
+    The plate is across the view axis at `distance` (m), with its middle on the axis. The
     parts at the elevation ε are at d/cos ε, and seen under an angle: ρ·w/d⁴·∫ G²·cos⁵ε dz.
     """
     steps = 64
@@ -212,11 +216,11 @@ def calibration(parameters: RadarParameters) -> Calibration:
     gain = [
         amplitude(parameters, energy) / math.sqrt(person_power(parameters, distance) * share)
         for energy, distance, share in (
-            (parameters.moving_energy, parameters.moving_range, 1.0),
+            (parameters.moving_energy, parameters.moving_range, WALKING),
             (
                 parameters.still_energy,
                 parameters.still_range,
-                float(doppler_weight(breath, parameters.still_corner)),
+                ROUND * float(doppler_weight(breath, parameters.still_corner)),
             ),
         )
     ]

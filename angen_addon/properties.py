@@ -235,7 +235,8 @@ WARMTH = property_group(
         ),
         "temperature": FloatProperty(
             name="Temperature (°C)",
-            description="Temperature of the surface in degrees Celsius",
+            description="Temperature of the surface in degrees Celsius. Under an insulation, such "
+            "as clothes, that of the skin",
             default=30.0,
             min=-273.15,
             soft_min=-20.0,
@@ -251,6 +252,17 @@ WARMTH = property_group(
             default=0.95,
             min=0.0,
             max=1.0,
+        ),
+        "insulation": FloatProperty(
+            name="Insulation (clo)",
+            description="Insulation over the temperature, in clo (0.155 m²·K/W). The surface is "
+            "then between it and the ambient temperature, and follows both. Light summer clothes: "
+            "0.5; indoor clothes in winter: 1; a duvet: 5. 0: bare",
+            default=0.0,
+            min=0.0,
+            soft_max=6.0,
+            precision=2,
+            step=10,
         ),
     },
     override=OVERRIDABLE,

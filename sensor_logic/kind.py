@@ -29,23 +29,27 @@ class Preset:
 
     A parameter that is not in `values` stays as it is. `identifier` is unique within its kind and
     is never reused, because scripts contain it. `source` cites the publication of the values.
+    `rate` is the update rate in Hz for which the values hold; 0 leaves the sensor's rate as it is.
     """
 
     identifier: str
     label: str
     values: Mapping[str, Any]
     source: str
+    rate: float = 0.0
 
 
 def parts_with(**common: Any) -> Callable[..., Preset]:
     """Return a function of an identifier, a label, a source and values that makes a preset.
 
-    The preset also has the `common` values that it does not replace. So all presets of a kind set
+    It also takes the `rate` of the preset. The preset also has the `common` values that it does not replace. So all presets of a kind set
     the same parameters, and none keeps values of a preset chosen before.
     """
 
-    def part(identifier: str, label: str, source: str, **values: Any) -> Preset:
-        return Preset(identifier, label, {**common, **values}, source)
+    def part(
+        identifier: str, label: str, source: str, rate: float = 0.0, **values: Any
+    ) -> Preset:
+        return Preset(identifier, label, {**common, **values}, source, rate)
 
     return part
 

@@ -34,16 +34,20 @@ def find_preset(kind: Kind, identifier: str) -> Preset:
 
 
 def apply(obj: Any, preset: Preset) -> None:
-    """Set the parameters of a sensor for which the preset has values; leave the others."""
+    """Set the parameters, and the rate, for which the preset has values; leave the others."""
     group = getattr(obj.angen_sensor, KINDS[obj.angen_sensor.kind].attribute)
     for name, value in preset.values.items():
         setattr(group, name, value)
+    if preset.rate:
+        obj.angen_sensor.update_rate = preset.rate
     obj.angen_sensor.preset = preset.identifier
 
 
 def is_applied(obj: Any, preset: Preset) -> bool:
-    """Return whether the parameters of a sensor have the values of the preset."""
+    """Return whether the parameters and the rate of a sensor have the values of the preset."""
     group = getattr(obj.angen_sensor, KINDS[obj.angen_sensor.kind].attribute)
+    if preset.rate and not _same(obj.angen_sensor.update_rate, preset.rate):
+        return False
     return all(_same(getattr(group, name), value) for name, value in preset.values.items())
 
 

@@ -206,7 +206,7 @@ class Replay:
         for solid in solids.solids:
             box = np.stack([solids.lo[solid.row], solids.hi[solid.row]]) * self.metres
             if not np.isfinite(box).all() or (
-                not include_sensor and self.sensor.uid in solid.owners
+                not include_sensor and solid.is_passed_by(self.sensor.uid)
             ):
                 continue
             known = found.get(solid.name, box)

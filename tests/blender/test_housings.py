@@ -31,7 +31,7 @@ def walker(world):
 def log(world, name):
     rows = [row for row in world.log(world.run(1, 24)) if row[2] == name]
     # The reference caster begins again behind a housing, and rounds there.
-    return [(*row[:-1], round(float(row[-1]), 4)) for row in rows]
+    return [(*row[:-1], round(float(row[-1] or 0), 4)) for row in rows]
 
 
 @pytest.mark.parametrize("caster", ["FAST", "SCENE"])

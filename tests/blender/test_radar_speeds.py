@@ -7,7 +7,9 @@ import bpy
 import numpy as np
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.explain.explain import explain
+from bl_ext.user_default.angen_sensors.angen_addon.runtime.simulation import Exchange, simulate
 from bl_ext.user_default.angen_sensors.angen_addon.scene.rays import frames as batches
+from bl_ext.user_default.angen_sensors.sensor_logic.recording.tracks import Recording
 
 FPS = 60
 
@@ -155,3 +157,32 @@ def test_an_explanation_has_the_speed_of_the_run(world, echoes):
     found = explain(world.scene, sensor, recording, 2)
     assert not found.doubt and "moves" in found.headline
     same({("radar", 60): whole["radar", 60]}, echoes)
+
+
+def test_an_exchange_of_keyframes_within_the_integration_time_changes_nothing(world, echoes):
+    moving_home(world)
+    world.run(1, 100)
+    whole = dict(echoes)
+    echoes.clear()
+    body = bpy.data.objects["Anna"].animation_data
+
+    def put():
+        body.action = body.action.copy()
+
+    recording = Recording()
+    exchanges = [Exchange(frame, put) for frame in (34, 57)]
+    for _ in simulate(world.scene, world.sensors(), 1, 100, recording, exchanges):
+        pass
+    same(whole, echoes)
+
+
+@pytest.mark.parametrize("substeps", [1, 3])
+def test_a_later_start_gives_the_same_once_the_integration_time_has_passed(world, echoes, substeps):
+    world.scene.angen_substeps = substeps
+    moving_home(world)
+    world.run(1, 90)
+    whole = dict(echoes)
+    echoes.clear()
+    world.run(20, 90)
+    late = {key: one for key, one in echoes.items() if key[1] >= (20 + 31) * substeps}
+    same({key: whole[key] for key in late}, late)

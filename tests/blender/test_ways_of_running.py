@@ -113,7 +113,9 @@ RADARS = ("pauses_between_linear_keys", "between_frames", "a_chain_of_bones",
           "begins_late")  # fmt: skip
 
 
-@pytest.mark.parametrize("name", mostly_slow(RADARS, "pauses_between_linear_keys", "bends", "begins_late"))
+@pytest.mark.parametrize(
+    "name", mostly_slow(RADARS, "pauses_between_linear_keys", "bends", "begins_late")
+)
 def test_radars_measure_the_same_speeds_in_each_way_of_running(
     name: str, world: Any, tmp_path: Any, fcurves: Any, monkeypatch: pytest.MonkeyPatch, echoes: Any
 ) -> None:

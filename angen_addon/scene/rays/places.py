@@ -27,7 +27,7 @@ class SolidPlaces:
     Attributes
     ----------
     row
-        The row of each solid, by its number.
+        The row of each solid, by its number, in order of the rows.
     still, shapes
         The matrices (n, 4, 4) to the world and the n surfaces, of solids that have never moved.
     column
@@ -53,7 +53,7 @@ class SolidPlaces:
             return None
         column = self.column.get(row)
         matrix = self.still[row] if column is None else self.matrix[column]
-        return matrix, self.surfaces.get(row, self.shapes[row])
+        return matrix, self._shape(row)
 
     def moved_since(self, earlier: SolidPlaces) -> frozenset[int]:
         """Return the numbers of the solids that moved or changed shape since earlier places.
@@ -68,20 +68,32 @@ class SolidPlaces:
         return self._since[0][1]
 
     def _find_moved(self, earlier: SolidPlaces) -> Iterator[int]:
-        is_same_batch = self.column is earlier.column
-        if is_same_batch:
+        if self.row is not earlier.row:
+            # The solids were listed anew.
+            for number in self.row.keys() & earlier.row.keys():
+                now, then = self.of(number), earlier.of(number)
+                assert now is not None and then is not None
+                if now[1] is not then[1] or not np.array_equal(now[0], then[0]):
+                    yield number
+            return
+        numbers = list(self.row)
+        if self.column is earlier.column:
             differs = (self.matrix != earlier.matrix).any(axis=(1, 2))
-        for number, row in self.row.items():
-            column = self.column.get(row)
-            if is_same_batch and (column is None or not differs[column]):
-                surface = self.surfaces.get(row)
-                if surface is None or surface is earlier.surfaces[row]:
-                    continue
-            now, then = self.of(number), earlier.of(number)
-            if now is None or then is None:
-                continue
-            if now[1] is not then[1] or not np.array_equal(now[0], then[0]):
-                yield number
+            moved = {row for row, column in self.column.items() if differs[column]}
+            shapes = set(self.surfaces)
+        else:
+            differs = (self._matrices() != earlier._matrices()).any(axis=(1, 2))
+            moved, shapes = set(np.flatnonzero(differs).tolist()), set(range(len(numbers)))
+        moved |= {row for row in shapes if self._shape(row) is not earlier._shape(row)}
+        yield from (numbers[row] for row in moved)
+
+    def _matrices(self) -> Array:
+        matrices = self.still.copy()
+        matrices[list(self.column)] = self.matrix
+        return matrices
+
+    def _shape(self, row: int) -> Any:
+        return self.surfaces.get(row, self.shapes[row])
 
 
 class PlaceReader:

@@ -75,8 +75,8 @@ PRESETS: tuple[Preset, ...] = (
         "Hi-Link, HLK-LD2450 manual V1.00: 24 GHz, ±60° by ±35°, 6 m, up to three targets with x, "
         "y and speed at 10 Hz; gates of 0.32 m in the example of its table 3. Assumed: one "
         "transmitter and two receivers separate 30°, people who only breathe are tracked up to 3 "
-        "m, thresholds of 15 and 20, no floors, and no fading, because it tracks its targets; still "
-        "time and tail as the LD2410",
+        "m, thresholds of 15 and 20, no floors, and no fading, because it tracks its targets; "
+        "still time and tail as the LD2410",
         frequency=24.125,
         horizontal_fov=math.radians(120.0),
         vertical_fov=math.radians(70.0),

@@ -28,6 +28,9 @@ from .parameters import DECIBELS, FASTEST, FLOORS, NEVER, OFF, THRESHOLDS, Radar
 # coverage maps, with quiet breathing (m from peak to peak, Hz).
 PERSON_HEIGHT, PERSON_WIDTH = 1.7, 0.4
 PERSON_BREATHING, PERSON_RATE = 0.005, 0.25
+# The shares of the power of a plate of this size that a resident returns, whose front is round, and
+# that a resident who walks on the spot returns as moving. Both are from simulated residents.
+ROUND, WALKING = 0.53, 0.2
 # Targets are not nearer than this (m), so that powers are finite.
 NEAREST = 0.01
 # The golden ratio spaces the rows' offsets most evenly.
@@ -140,21 +143,22 @@ def echo_powers(parameters: RadarParameters, weight: Array, echoes: Echoes) -> A
 
 
 def breathing_speed(breathing: ArrayLike, rate: ArrayLike) -> Array:
-    """Return the root mean square of the speed in m/s of a breathing chest.
+    """Return the mean speed in m/s of a breathing chest, by fourth powers as `doppler_weight`.
 
     `breathing` is its displacement in m from peak to peak, and `rate` is in Hz.
     """
-    found: Array = math.pi * np.asarray(breathing) * np.asarray(rate) / math.sqrt(2.0)
+    found: Array = math.pi * np.asarray(breathing) * np.asarray(rate) * 0.375**0.25
     return found
 
 
 def doppler_weight(speed: ArrayLike, corner: float) -> Array:
-    """Return the share of the power at a radial speed that counts: v²/(v² + c²).
+    """Return the share of the power at a radial speed that counts: (v²/(v² + c²))².
 
-    `speed` v and `corner` c are in m/s. This is a high-pass filter of the first order.
+    `speed` v and `corner` c are in m/s. This is a high-pass filter of the second order, as of a
+    radar that takes differences between sweeps twice to remove what stands still.
     """
     square = np.asarray(speed, np.float64) ** 2
-    found: Array = square / (square + corner**2)
+    found: Array = (square / (square + corner**2)) ** 2
     return found
 
 
@@ -171,9 +175,9 @@ def doppler_weights(parameters: RadarParameters, echoes: Echoes) -> Array:
 
 
 def person_power(parameters: RadarParameters, distance: float) -> float:
-    """Return the power in m⁻² that the standard person returns straight ahead.
+    """Return the power in m⁻² of a plate of the size of a person straight ahead.
 
-    The person is a plate across the view axis at `distance` (m), with its middle on the axis. The
+    The plate is across the view axis at `distance` (m), with its middle on the axis. The
     parts at the elevation ε are at d/cos ε, and seen under an angle: ρ·w/d⁴·∫ G²·cos⁵ε dz.
     """
     steps = 64
@@ -212,11 +216,11 @@ def calibration(parameters: RadarParameters) -> Calibration:
     gain = [
         amplitude(parameters, energy) / math.sqrt(person_power(parameters, distance) * share)
         for energy, distance, share in (
-            (parameters.moving_energy, parameters.moving_range, 1.0),
+            (parameters.moving_energy, parameters.moving_range, WALKING),
             (
                 parameters.still_energy,
                 parameters.still_range,
-                float(doppler_weight(breath, parameters.still_corner)),
+                ROUND * float(doppler_weight(breath, parameters.still_corner)),
             ),
         )
     ]
@@ -278,9 +282,11 @@ def in_cells(parameters: RadarParameters, ranges: Array, power: Array) -> Array:
     place = np.where(power > 0.0, ranges, 0.0) * (CELLS / parameters.bin_length)
     cell = place.astype(np.intp)
     beyond = place - cell
-    found: Array = np.bincount(cell, power * (1.0 - beyond), size)
-    found = found + np.bincount(cell + 1, power * beyond, size)
-    return np.convolve(found, tail(parameters))[:size]
+    found = np.bincount(cell, power * (1.0 - beyond), size) + np.bincount(
+        cell + 1, power * beyond, size
+    )
+    cells: Array = np.convolve(found, tail(parameters))[:size].astype(np.float64)
+    return cells
 
 
 # Each sweep of rays takes 0.02 ms longer without the cache.
@@ -290,7 +296,7 @@ def tail(parameters: RadarParameters) -> Array:
     # Beyond five lengths, less than 1 % of the amplitude is left.
     step = parameters.bin_length / CELLS / parameters.tail_length
     count = min(cells_of(parameters), math.ceil(5.0 / step))
-    power = parameters.tail_share**2 / CELLS * np.exp(-2.0 * step * np.arange(count))
+    power: Array = parameters.tail_share**2 / CELLS * np.exp(-2.0 * step * np.arange(count))
     power[0] = 1.0
     return power
 
@@ -343,7 +349,8 @@ class RandomNumbers(NamedTuple):
 
     def rows(self, which: Any) -> RandomNumbers:
         """Return the numbers of the updates that the index `which` selects."""
-        return RandomNumbers(*(None if part is None else part[which] for part in self))
+        cells = None if self.cells is None else self.cells[which]
+        return RandomNumbers(cells, *(part[which] for part in self[1:]))
 
 
 class Noise:
@@ -370,7 +377,9 @@ class Noise:
             parts.append(self._last[2].rows(numbers[blocks == block] - block * BLOCK))
         if len(parts) == 1:
             return parts[0]
-        return RandomNumbers(*(None if p[0] is None else np.concatenate(p) for p in zip(*parts, strict=True)))
+        cells, *others = zip(*parts, strict=True)
+        joined = None if cells[0] is None else np.concatenate(cells)
+        return RandomNumbers(joined, *map(np.concatenate, others))
 
 
 class Profile(NamedTuple):
@@ -393,7 +402,9 @@ def profile(
     return Profile(gain * np.sqrt(cells), gain * np.sqrt(in_gates))
 
 
-def amplitudes(parameters: RadarParameters, cells: Array, gates: Array, drawn: RandomNumbers) -> Array:
+def amplitudes(
+    parameters: RadarParameters, cells: Array, gates: Array, drawn: RandomNumbers
+) -> Array:
     """Return the amplitudes (n, 2, gates) of echoes at n updates, faded.
 
     `cells` (n, 2, cells) and `gates` (n, 2, gates) are those of the profiles at the updates.
@@ -414,7 +425,8 @@ def with_floors(
 ) -> Array:
     """Return the amplitudes (n, 2, gates) of echoes with those of the floors added."""
     floors = known.floors * (1.0 + parameters.floor_noise * drawn.floors)
-    return echo + np.maximum(floors, 0.0)
+    found: Array = echo + np.maximum(floors, 0.0)
+    return found
 
 
 def read_distance(parameters: RadarParameters, amplitudes: Array, detects: Any) -> Array:
@@ -623,8 +635,8 @@ def find_targets(
         drawn = drawn.rows(slice(0, 1))
     for group in seen.groups:
         shape = len(drawn.floors)
-        rows = [np.broadcast_to(part, (shape, *part.shape)) for part in group.profile]
-        echo = amplitudes(parameters, *rows, drawn)
+        cells, gates = (np.broadcast_to(one, (shape, *one.shape)) for one in group.profile)
+        echo = amplitudes(parameters, cells, gates, drawn)
         echo[:, 1] = group.profile.gates[1]
         energy = energies(parameters, with_floors(parameters, known, echo, drawn), drawn)
         detects.append((energy > known.thresholds).any(axis=(1, 2)))
@@ -711,11 +723,9 @@ class PresenceRadar(Model):
             self._sensed(parameters, updates, answers, slice(first, first + size))
             for first in range(0, len(updates), size)
         ]
-        found = Sensed(
-            *(np.concatenate(part) for part in list(zip(*parts, strict=True))[:3]),
-            [one for part in parts for one in part.targets],
-        )
-        presence = self._presence(parameters, updates.times, found.detects.any(axis=2))
+        reported, above, read = map(np.concatenate, list(zip(*parts, strict=True))[:3])
+        found = Sensed(reported, above, read, [one for part in parts for one in part.targets])
+        presence = self._presence(parameters, updates.times, np.any(above, axis=2))
         distance = self._distances(parameters, presence, found.distance)
         return _readings(updates.due, presence, distance, found)
 
@@ -764,7 +774,8 @@ class PresenceRadar(Model):
         self, parameters: RadarParameters, times: Array, detects: NDArray[np.bool_]
     ) -> NDArray[np.bool_]:
         """Return whether presence is on (n,); `detects` (n, 2) has movement, and breathing."""
-        held = self._output.run(times, detects.any(axis=1), parameters.hold_time, 0.0, 0.0)
+        either: NDArray[np.bool_] = detects[:, 0] | detects[:, 1]
+        held = self._output.run(times, either, parameters.hold_time, 0.0, 0.0)
         if not parameters.movement_starts or not len(held):
             return held
         # Presence is on from the first movement of a time of detections.

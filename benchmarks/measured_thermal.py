@@ -2,13 +2,13 @@
 """Rebuild what was measured with real infrared arrays: noise, and people below a ceiling.
 
 `measured_thermal.csv` has the measured values. `simulate` gives the same figures of the presets, in
-rooms with the project's own resident. Set-ups as far as they are known: docs/measured.md.
+rooms with the project's own resident. Who walks is posed as standing. Set-ups as far as they are
+known: docs/measured.md.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import Any
 
 import bpy
@@ -38,10 +38,10 @@ def simulate(quick: bool) -> dict[str, float]:
 
 def _noise(quick: bool) -> dict[str, float]:
     updates = 200 if quick else 800
-    melexis, rate = _still("MLX90640_BAA", updates, 8.0, netd=0.196 * math.sqrt(2.0))
-    eye, _ = _still("AMG8833", updates * 2)
-    omron, _ = _still("D6T_1616L", updates)
-    heimann, _ = _still("HTPA32", updates)
+    melexis = _still("MLX90640_BAA", updates, 8.0, netd=0.196 * math.sqrt(2.0))
+    eye = _still("AMG8833", updates * 2)
+    omron = _still("D6T_1616L", updates)
+    heimann = _still("HTPA32", updates)
     of_melexis, of_eye = _by_differences(melexis), _by_differences(eye)
     return {
         "T1": _middle(of_melexis),
@@ -58,12 +58,12 @@ def _noise(quick: bool) -> dict[str, float]:
     }
 
 
-def _still(preset: str, updates: int, rate: float = 0.0, **values: Any) -> tuple[Any, float]:
+def _still(preset: str, updates: int, rate: float = 0.0, **values: Any) -> Any:
     """Return frames (updates, rows, columns) of an array in a room where nothing moves."""
     sensor = _room(preset, 2.5, 21.0, updates, rate)
     for name, value in {"rays": 1, **values}.items():
         setattr(sensor.angen_sensor.thermal_array, name, value)
-    return _frames(updates), sensor.angen_sensor.update_rate
+    return _frames(updates)
 
 
 def _by_differences(frames: Any) -> Any:
@@ -204,5 +204,4 @@ def _frames(last: int) -> Any:
     _, recording = run(bpy.context.scene, sensors, 1, last)
     texts = recording.tracks["array"].columns["frame_c"]
     shape = sensors[0].parameters.rows, sensors[0].parameters.columns
-    found: Callable[[str], Any] = lambda text: np.array(text.split(";"), float).reshape(shape)
-    return np.array([found(text) for text in texts])
+    return np.array([np.array(text.split(";"), float).reshape(shape) for text in texts])

@@ -152,6 +152,10 @@ class Kind:
     signal_rate
         The update rate in Hz that suffices for the signal of a moving body, for models whose signal
         builds up between updates; a lower rate is warned of. 0: any rate suffices.
+    integrates
+        The name of the parameter with the time in s before each update over which the sensor
+        integrates. A run also evaluates the scene at the steps in that time. Empty: only at
+        updates.
     in_room
         Whether the sensor observes the room that it is mounted in. A sensor that is part of a door
         or of furniture does not.
@@ -185,6 +189,7 @@ class Kind:
     model: Callable[[], Any]
     needs: Mapping[str, UsedWhen] = field(default_factory=dict)
     signal_rate: float = 0.0
+    integrates: str = ""
     in_room: bool = False
     presets: tuple[Preset, ...] = ()
     part: str = ""

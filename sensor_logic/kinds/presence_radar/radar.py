@@ -370,7 +370,9 @@ class Noise:
             parts.append(self._last[2].rows(numbers[blocks == block] - block * BLOCK))
         if len(parts) == 1:
             return parts[0]
-        return RandomNumbers(*(None if p[0] is None else np.concatenate(p) for p in zip(*parts, strict=True)))
+        return RandomNumbers(
+            *(None if p[0] is None else np.concatenate(p) for p in zip(*parts, strict=True))
+        )
 
 
 class Profile(NamedTuple):
@@ -393,7 +395,9 @@ def profile(
     return Profile(gain * np.sqrt(cells), gain * np.sqrt(in_gates))
 
 
-def amplitudes(parameters: RadarParameters, cells: Array, gates: Array, drawn: RandomNumbers) -> Array:
+def amplitudes(
+    parameters: RadarParameters, cells: Array, gates: Array, drawn: RandomNumbers
+) -> Array:
     """Return the amplitudes (n, 2, gates) of echoes at n updates, faded.
 
     `cells` (n, 2, cells) and `gates` (n, 2, gates) are those of the profiles at the updates.

@@ -36,7 +36,7 @@ class Room:
     def __init__(self, *shapes, ambient=AMBIENT):
         self.shapes, self.ambient = shapes, ambient
 
-    def ask(self, bundle, origins, ways, length):
+    def ask(self, bundle, origins, ways, length, *_):
         x, y = ways[:, 0] / -ways[:, 2], ways[:, 1] / -ways[:, 2]
         kelvin, emissivity = np.full(len(ways), self.ambient + ZERO), np.full(len(ways), 0.95)
         for inside, hot, shines in self.shapes:
@@ -451,7 +451,7 @@ def test_the_strength_is_that_of_the_model():
             parameters = ThermalArrayParameters(min_pixels=need)
             motion, start = MOTIONS["CHEST"], Start(np.array([[*place, 0.0]]), *np.zeros((2, 1)))
 
-            def warmth(bundle, origins, ways, length, motion=motion, start=start):
+            def warmth(bundle, origins, ways, length, *_, motion=motion, start=start):
                 free = np.full(len(ways), 50.0)
                 found = hits(motion, start, 0.0, Rays(origins[0], ways, free))
                 kelvin = np.full(len(ways), AMBIENT + ZERO)

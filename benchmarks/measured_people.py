@@ -198,12 +198,18 @@ def _of_all(trials: Trials, of: Callable[[Trial], Any]) -> Any:
 
 
 def energy(trials: Trials) -> float:
-    """Return the mean energy of the strongest gate over the samples with movement reported.
-
-    Without such samples it is 0.
-    """
-    found = _of_all(trials, lambda t: t.moving_gates.max(axis=1)[t.moving])
+    """Return the mean energy of the target over the samples with movement reported, or 0."""
+    found = _of_all(trials, lambda t: _target(t).max(axis=1)[t.moving])
     return float(found.mean()) if len(found) else 0.0
+
+
+def _target(t: Trial, channel: str = "moving") -> Any:
+    """Return the energies (n, gates) of the gates above their thresholds, and 0 for the others.
+
+    The strongest of them is the target of the module: the floor of a gate is none.
+    """
+    gates, thresholds = getattr(t, f"{channel}_gates"), getattr(t, f"{channel}_thresholds")
+    return np.where(gates > thresholds, gates, 0.0)
 
 
 def mean_gates(trials: Trials, channel: str = "moving_gates") -> Array:
@@ -211,10 +217,14 @@ def mean_gates(trials: Trials, channel: str = "moving_gates") -> Array:
     return np.asarray(np.mean(_of_all(trials, lambda t: getattr(t, channel)), axis=0))
 
 
+def own(trials: Trials) -> int:
+    """Return the gate of the person: that with the most energy above its threshold."""
+    return int(_of_all(trials, _target).sum(axis=0).argmax())
+
+
 def own_gate(trials: Trials, farther: int = 0) -> float:
-    """Return the mean energy of the person's gate, the strongest one, or of a farther one."""
-    gates = mean_gates(trials)
-    return float(gates[np.argmax(gates) + farther])
+    """Return the mean energy of the person's gate, or of a farther one, over all samples."""
+    return float(mean_gates(trials)[own(trials) + farther])
 
 
 def reported(trials: Trials) -> float:
@@ -230,25 +240,25 @@ def on(trials: Trials) -> float:
 
 
 def fading(trials: Trials) -> float:
-    """Return the sd over mean of the strongest gate's energy, over the samples with movement."""
-    found = _of_all(trials, lambda t: t.moving_gates.max(axis=1)[t.moving])
+    """Return the sd over mean of the target's energy, over the samples with movement reported."""
+    found = _of_all(trials, lambda t: _target(t).max(axis=1)[t.moving])
     return float(found.std() / found.mean()) if len(found) else 0.0
 
 
 def ratio(trials: Trials, rank: int) -> float:
-    """Return the mean energy of the second (1) or third (2) strongest gate over the strongest."""
-    gates = np.sort(mean_gates(trials))[::-1]
-    return float(gates[rank] / gates[0]) if gates[0] else 0.0
+    """Return the mean energy of the stronger (1) or weaker (2) gate beside the person's over it."""
+    gates, gate = np.pad(mean_gates(trials), 1), own(trials) + 1
+    beside = sorted((gates[gate - 1], gates[gate + 1]), reverse=True)
+    return float(beside[rank - 1] / gates[gate]) if gates[gate] else 0.0
 
 
 def same_gate(trials: Trials) -> float:
     """Return the share of samples whose strongest gate is within one of the reported distance's."""
-    found = []
-    for t in trials:
-        strongest = t.moving_gates.argmax(axis=1)[t.moving]
-        found.append(np.abs(strongest - np.round(t.metres[t.moving] / GATE)) <= 1)
-    flags = np.concatenate(found)
-    return _percent(flags) if len(flags) else 0.0
+    found = _of_all(
+        trials,
+        lambda t: np.abs(_target(t).argmax(axis=1) - np.round(t.metres / GATE))[t.moving] <= 1,
+    )
+    return _percent(found) if len(found) else 0.0
 
 
 # m. Middle to middle of the gates of the module.
@@ -273,13 +283,11 @@ def centimetres(trials: Trials, of: Callable[[Any], Any], when: str = "moving") 
 
 def both_channels(trials: Trials) -> float:
     """Return the share of samples with movement and a still gate above its threshold."""
-    return _percent(_of_all(trials, lambda t: t.moving & _above(t).any(axis=1)))
+    return _percent(_of_all(trials, lambda t: t.moving & _is_still(t)))
 
 
-def _above(t: Trial, channel: str = "still") -> Any:
-    """Return which gates (n, gates) of a channel are above their thresholds."""
-    gates, thresholds = getattr(t, f"{channel}_gates"), getattr(t, f"{channel}_thresholds")
-    return (gates > thresholds) & (gates > 0)
+def _is_still(t: Trial) -> Any:
+    return _target(t, "still").any(axis=1)
 
 
 def of_other(trials: Trials, metres: float = 4.0) -> float:
@@ -287,10 +295,8 @@ def of_other(trials: Trials, metres: float = 4.0) -> float:
 
     def said(t: Trial) -> Any:
         found = np.zeros(len(t.times), bool)
-        for channel in ("moving", "still"):
-            above = _above(t, channel)
-            strongest = np.where(above, getattr(t, f"{channel}_gates"), -1.0).argmax(axis=1)
-            found |= above.any(axis=1) & (np.abs(strongest - metres / GATE) <= 1.0)
+        for target in (_target(t), _target(t, "still")):
+            found |= target.any(axis=1) & (np.abs(target.argmax(axis=1) - metres / GATE) <= 1.0)
         return found
 
     return _percent(_of_all(trials, said))
@@ -323,14 +329,6 @@ def alarms(trials: Trials) -> float:
     """Return how often presence switches on, per hour."""
     count = sum(int(np.sum(np.diff(t.presence.astype(int)) > 0)) for t in trials)
     return 3600.0 * count / sum(t.times[-1] - t.times[0] for t in trials)
-
-
-def _radar_off(t: Trial) -> Any:
-    return t.presence
-
-
-def _pir_off(t: Trial) -> Any:
-    return t.pir
 
 
 Row = tuple[tuple[str, ...], Callable[..., float]]
@@ -393,9 +391,9 @@ ROWS: dict[str, Row] = {
     "P4": (("beside",), of_other),
     "P6": (("behind",), of_other),
     "P9": (("beside",), present),
-    "L3": (("leaves",), lambda t: later(t, _pir_off, _radar_off)),
-    "L4": (("leaves",), lambda t: later(t, lambda s: s.moving, _radar_off)),
-    "L5": (("leaves",), lambda t: later(t, lambda s: _above(s).any(axis=1), _radar_off)),
+    "L3": (("leaves",), lambda t: later(t, lambda s: s.pir, lambda s: s.presence)),
+    "L4": (("leaves",), lambda t: later(t, lambda s: s.moving, lambda s: s.presence)),
+    "L5": (("leaves",), lambda t: later(t, _is_still, lambda s: s.presence)),
     "K1": (("cross 1",), on),
     "K4": (("cross 4",), on),
     "K5": (("cross 5",), on),

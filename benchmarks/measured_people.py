@@ -30,8 +30,8 @@ from .movements import Movement, Spot
 
 # s. A fresh person begins with movement, since only movement switches a radar on.
 ARRIVES = 4.0
-# Seconds of a trial, and of its begin that is left out.
-STANDING, SITTING, QUICK = (120.0, 20.0), (130.0, 30.0), (25.0, 10.0)
+# Seconds of a quick trial, and of its begin that is left out.
+QUICK = (25.0, 10.0)
 
 
 # The movements that only these situations have.
@@ -118,34 +118,29 @@ def _crossing(metres: float, place: str = "ROOM", preset: str = "HC_SR501") -> S
     return Situation(people.crosses, metres, place=place, pir=PIR, preset=preset, trials=2)
 
 
-def _still(movement: Movement, metres: float, lasting: tuple[float, float]) -> Situation:
-    seconds, skipped = lasting
-    return Situation(arriving(movement), metres, seconds=seconds, skipped=skipped, radar=RADAR)
+def _resting(movement: Movement, metres: float, trials: int = 1) -> Situation:
+    return Situation(movement, metres, seconds=120.0, skipped=20.0, radar=RADAR, trials=trials)
 
 
-def _trunk(degrees: float) -> Situation:
-    return Situation(people.trunk_sways, 1.0, degrees, radar=NEAR, pir=PIR)
+def _trunk(degrees: float, trials: int = 1) -> Situation:
+    return Situation(people.trunk_sways, 1.0, degrees, radar=NEAR, pir=PIR, trials=trials)
 
 
-def _corridor(metres: float, movement: Movement = people.sways, trials: int = 2) -> Situation:
-    return Situation(movement, metres, place="CORRIDOR", radar=RADAR, trials=trials)
+def _corridor(metres: float, trials: int = 2) -> Situation:
+    return Situation(people.sways, metres, place="CORRIDOR", radar=RADAR, trials=trials)
 
 
-_SEATED = Situation(
-    sitting_up(people.sits_still), 2.3, seconds=SITTING[0], skipped=SITTING[1], radar=RADAR, pir=PIR
-)
 _MARCH = people.walks_on_spot
-# The person who stands still at 2 m begins with movement, as everybody does.
-_TWO = Situation(arriving(people.stands_still), 2.0, radar=RADAR, seconds=140.0)
+_STANDS = arriving(people.stands_still)
 SITUATIONS: dict[str, Situation] = {
     "march 1": Situation(_MARCH, 1.0, radar=RADAR, pir=PIR, trials=3),
     "march 2": Situation(_MARCH, 2.0, radar=RADAR, pir=PIR, trials=2),
     "march 3": Situation(_MARCH, 3.0, radar=RADAR, pir=PIR, trials=3),
     "march 5": Situation(_MARCH, 5.0, radar=RADAR, trials=2),
-    "stands 1": replace(_still(people.stands_still, 1.0, STANDING), trials=2),
-    "micro 1": replace(_still(people.micro_movements, 1.0, STANDING), pir=PIR, trials=2),
-    "seated": _SEATED,
-    "stands 4": _still(people.stands_still, 4.0, STANDING),
+    "stands 1": _resting(_STANDS, 1.0, trials=2),
+    "micro 1": Situation(arriving(people.micro_movements), 1.0, radar=RADAR, pir=PIR, trials=3),
+    "seated": replace(_resting(sitting_up(people.sits_still), 2.3), pir=PIR),
+    "stands 4": _resting(_STANDS, 4.0),
     "corridor sways 5": _corridor(5.0),
     "corridor sways 6": replace(_corridor(6.0), pir=PIR),
     "corridor sways 7": _corridor(7.0, trials=1),
@@ -154,7 +149,7 @@ SITUATIONS: dict[str, Situation] = {
         crouches, 0.55, seconds=100.0, skipped=40.0, place="TABLE", radar=RADAR, pir=PIR
     ),
     "trunk 0": _trunk(0.0),
-    "trunk 45": replace(_trunk(45.0), trials=2),
+    "trunk 45": _trunk(45.0, trials=2),
     "trunk 75": _trunk(75.0),
     "trunk 120": _trunk(120.0),
     "glass 3": _by_panel("glass", 3.0, _MARCH),
@@ -165,8 +160,8 @@ SITUATIONS: dict[str, Situation] = {
     "glass sways 5": replace(_by_panel("glass", 5.0, people.sways), trials=1),
     "plasterboard sways 5": _by_panel("plasterboard", 5.0, people.sways),
     "door": Situation(_MARCH, 4.0, place="SHUT", radar=RADAR, trials=2),
-    "beside": replace(_TWO, other=(_MARCH, 4.0, 0.5)),
-    "behind": replace(_TWO, other=(_MARCH, 4.0, 0.0)),
+    "beside": replace(_resting(_STANDS, 2.0), other=(_MARCH, 4.0, 0.5)),
+    "behind": replace(_resting(_STANDS, 2.0), other=(_MARCH, 4.0, 0.0)),
     "leaves": Situation(leaves, 2.0, seconds=70.0, skipped=10.0, radar=RADAR, pir=PIR, trials=3),
     "cross 1": _crossing(1.0),
     "cross 4": _crossing(4.0),
@@ -178,8 +173,7 @@ SITUATIONS: dict[str, Situation] = {
     "sways 3": Situation(people.sways, 3.0, pir=PIR, trials=3),
     "glass 1": Situation(_MARCH, 1.0, pir=PIR, panel="glass"),
     "metal 1": Situation(_MARCH, 1.0, pir=PIR, panel="metal"),
-    "pulses": Situation(_MARCH, 1.0, seconds=200.0, pir={"retrigger": False}),
-    "long pulses": Situation(_MARCH, 1.0, seconds=200.0, pir=PIR, trials=2),
+    "pulses": Situation(people.crosses, 3.0, pir={"retrigger": False}),
 }
 
 
@@ -415,7 +409,7 @@ ROWS: dict[str, Row] = {
     "Y2": (("glass 1",), on),
     "Y4": (("metal 1",), on),
     "U1": (("pulses",), pulses),
-    "U3": (("long pulses",), pulses),
+    "U3": (("march 1",), pulses),
 }
 # With --quick: a radar's energy, spill, distance and presence, and a motion detector's share.
 QUICK_ROWS = ("E5", "G3", "X5", "M3", "K4", "O3", "Z5", "Y4")

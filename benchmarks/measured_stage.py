@@ -64,8 +64,8 @@ class Situation:
     degrees: float = 0.0
     aside: float = 0.0
     other: tuple[Movement, float, float] | None = None
-    seconds: float = 80.0
-    skipped: float = 20.0
+    seconds: float = 60.0
+    skipped: float = 10.0
     place: str = "ROOM"
     panel: str = ""
     radar: dict[str, Any] | None = None

@@ -205,6 +205,7 @@ def test_the_home_by_script_of_the_docs_runs_as_it_stands(run, tmp_path) -> None
         ("home.mark('PIR hall', 'NAP')", "use 'NAP' is unknown"),
         ("home.mark('PIR hall', 'SIT', angel=1)", "the property 'angel' of a mark is unknown"),
         ("home.add_resident('DOG')", "sort 'DOG' is unknown"),
+        ("home.pose('Anna', 'lying', (0, 0, 0))", "no resident is called 'Anna'"),
         ("home.places()", "nothing is marked"),
         ("home.live('none.toml')", "cannot read none.toml"),
         ("home.live('x = 1\\n', between=('9', '8'))", "routine"),

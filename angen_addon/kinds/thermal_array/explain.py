@@ -11,11 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....sensor_logic.kind import WARMTH
-from ....sensor_logic.kinds.thermal_array.array import (
-    Background,
-    ThermalArrayParameters,
-    array_rays,
-)
+from ....sensor_logic.kinds.thermal_array.array import Background, array_rays
+from ....sensor_logic.kinds.thermal_array.parameters import ThermalArrayParameters
 from ....sensor_logic.model import Array
 from ....sensor_logic.physics import STEFAN_BOLTZMANN, radiosity
 from ....sensor_logic.wording import ZERO_CELSIUS, measured, named, percent, quoted, typed
@@ -79,7 +76,7 @@ def explain_array(replay: Replay, index: int) -> Explanation:
     shown = replace(parameters, keep_frames=True)
     again = values_of(replay.sensor.kind.model().update(shown, taken.update).fields["frame_c"])
     if not recorded:
-        if parameters.settling_time > 0.0 or parameters.background == "LEARNT":
+        if parameters.lags or parameters.background == "LEARNT":
             return _untold(replay, parameters, index)
         highest, mean = (track.columns[name][index] for name in ("max_c", "mean_c"))
         if max(abs(again.max() - highest), abs(again.mean() - mean)) > TOLERANCE:
@@ -98,7 +95,7 @@ def explain_array(replay: Replay, index: int) -> Explanation:
     excess = excess - STEFAN_BOLTZMANN * (background[:, None] + ZERO_CELSIUS) ** 4
     cause = ThermalCause(frame, background, warm, _objects(excess, names, which))
     doubt = ""
-    if parameters.settling_time == 0.0 and np.abs(again - frame).max() > TOLERANCE:
+    if not parameters.lags and np.abs(again - frame).max() > TOLERANCE:
         doubt = _changed(frame.max(), again)
     facts = [*_facts(parameters, cause), *_before(replay, index)]
     headline = f"{_word(replay, index)}: {_headline(parameters, cause, bool(track.active[index]))}"

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import bpy
 import numpy as np
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ....sensor_logic.kind import WARMTH
 from ....sensor_logic.model import Array, Emission, Index
+from ....sensor_logic.physics import insulated_share
 from ....sensor_logic.wording import ZERO_CELSIUS
 from ..animation import is_animated
 from ..rays.caster import NOTHING, RayCaster, RayHits
@@ -21,12 +22,37 @@ from .probe import MetSurfaces
 # Temperatures.
 #
 # A temperature is set on a material, an object or a collection. The first of these counts, and of
-# collections the nearest. A solid without one has the scene's ambient temperature.
+# collections the nearest. A solid without one has the scene's ambient temperature. Where an
+# insulation covers it, the surface is between that temperature and the ambient one.
 
-TEMPERATURE, EMISSIVITY = "angen_warmth.temperature", "angen_warmth.emissivity"
+ANIMATED = tuple(f"angen_warmth.{name}" for name in ("temperature", "emissivity", "insulation"))
 DEFAULT_EMISSIVITY = 0.95
-# Temperature (K) and emissivity of a solid without a temperature.
-AMBIENT = (np.nan, DEFAULT_EMISSIVITY)
+
+
+class OwnWarmth(NamedTuple):
+    """The temperature settings of an object, a collection or a material.
+
+    Attributes
+    ----------
+    temperature
+        The temperature in K, beneath the insulation.
+    emissivity
+        The emissivity of the surface.
+    share
+        The share by which the surface follows the ambient temperature because it is insulated.
+    """
+
+    temperature: float
+    emissivity: float
+    share: float
+
+    def surface(self, ambient: float) -> float:
+        """Return the temperature of the surface in K; `ambient` is that of the room in K."""
+        return self.temperature + self.share * (ambient - self.temperature)
+
+
+# The settings of a solid without a temperature.
+AMBIENT = OwnWarmth(np.nan, DEFAULT_EMISSIVITY, 0.0)
 
 
 @dataclass
@@ -37,8 +63,8 @@ class _Patches:
     ----------
     solid
         The solid: a visible object or instance.
-    temperature, emissivity
-        The values of each material slot; temperatures in K.
+    values
+        The values (slots, 3) of `OwnWarmth` for each material slot.
     slots
         The material slot of each face; None until it is read.
     corners
@@ -46,8 +72,7 @@ class _Patches:
     """
 
     solid: Solid
-    temperature: Array
-    emissivity: Array
+    values: Array
     slots: NDArray[np.int32] | None = None
     corners: Any = None
 
@@ -65,8 +90,8 @@ class Warmth(MetSurfaces):
 
     def __init__(self, caster: RayCaster) -> None:
         super().__init__(caster)
-        self._temperature = np.empty(0)
-        self._emissivity = np.empty(0)
+        # The values (solids, 3) of `OwnWarmth` by the solid's number.
+        self._values = np.empty((0, 3))
         self._patches: dict[int, _Patches] = {}
         self._changing: list[Solid] = []
 
@@ -76,15 +101,16 @@ class Warmth(MetSurfaces):
 
     def _values_at(self, depsgraph: Any, seen: RayHits) -> Emission:
         ambient = kelvin(depsgraph.scene_eval.angen_ambient_temperature)
-        temperature, emissivity = self._temperature[seen.met], self._emissivity[seen.met]
+        values = self._values[seen.met]
         for number in np.unique(seen.met).tolist() if self._patches else ():
             patches = self._patches.get(number)
             if patches is not None:
                 which = np.flatnonzero(seen.met == number)
                 slot = self._slots(depsgraph, patches, seen.faces[which])
-                temperature[which] = patches.temperature[slot]
-                emissivity[which] = patches.emissivity[slot]
-        return Emission(np.where(np.isnan(temperature), ambient, temperature), emissivity, ambient)
+                values[which] = patches.values[slot]
+        temperature, emissivity, share = values.T
+        surface = temperature + share * (ambient - temperature)
+        return Emission(np.where(np.isnan(surface), ambient, surface), emissivity, ambient)
 
     def _slots(self, depsgraph: Any, patches: _Patches, faces: Index) -> Index:
         geometry = patches.solid.geometry
@@ -95,7 +121,7 @@ class Warmth(MetSurfaces):
         found: Index = np.clip(
             patches.slots[np.clip(faces, 0, len(patches.slots) - 1)],
             0,
-            len(patches.temperature) - 1,
+            len(patches.values) - 1,
         )
         return found
 
@@ -110,8 +136,7 @@ class Warmth(MetSurfaces):
             return
         self._listing = solids.listing
         size = max((solid.number for solid in solids.solids), default=NOTHING) + 1
-        self._temperature = np.full(size, AMBIENT[0])
-        self._emissivity = np.full(size, AMBIENT[1])
+        self._values = np.tile(AMBIENT, (size, 1))
         self._patches.clear()
         by_uid, parents = _by_uid(), collection_parents()
         self._changing = [s for s in solids.solids if self._read(depsgraph, s, by_uid, parents)]
@@ -129,17 +154,14 @@ class Warmth(MetSurfaces):
         if whole is None:
             inherited = inherited_warmth(original, parents)
             whole = AMBIENT if inherited is None else inherited
-        self._temperature[solid.number], self._emissivity[solid.number] = whole
+        self._values[solid.number] = whole
         animated = _is_animated(original)
         materials = [by_uid.get(uid) for uid in solid.geometry.materials(depsgraph)]
         each = [own_warmth(m.evaluated_get(depsgraph)) if m else None for m in materials]
         animated |= any(_is_animated(m) for m in materials if m)
         if any(warmth is not None for warmth in each):
             values = np.array([whole if warmth is None else warmth for warmth in each])
-            known = self._patches.setdefault(
-                solid.number, _Patches(solid, values[:, 0], values[:, 1])
-            )
-            known.temperature, known.emissivity = values[:, 0], values[:, 1]
+            self._patches.setdefault(solid.number, _Patches(solid, values)).values = values
         else:
             self._patches.pop(solid.number, None)
         return animated
@@ -150,19 +172,20 @@ def kelvin(celsius: float) -> float:
     return float(f"{celsius:.7g}") + ZERO_CELSIUS
 
 
-def own_warmth(owner: Any) -> tuple[float, float] | None:
-    """Return the temperature (K) and emissivity set on an object, collection or material itself.
+def own_warmth(owner: Any) -> OwnWarmth | None:
+    """Return the temperature settings of an object, collection or material itself.
 
     Return None if no temperature is set.
     """
     settings = owner.angen_warmth
     if not settings.use_temperature:
         return None
-    return kelvin(settings.temperature), float(f"{settings.emissivity:.7g}")
+    share = insulated_share(float(f"{settings.insulation:.7g}"))
+    return OwnWarmth(kelvin(settings.temperature), float(f"{settings.emissivity:.7g}"), share)
 
 
-def inherited_warmth(obj: Any, parents: dict[Any, list[Any]]) -> tuple[float, float] | None:
-    """Return the temperature (K) and emissivity of the nearest collection that has a temperature.
+def inherited_warmth(obj: Any, parents: dict[Any, list[Any]]) -> OwnWarmth | None:
+    """Return the temperature settings of the nearest collection that has a temperature.
 
     Return None if no collection has one. Of equally near collections, the first by name counts.
     `parents` is as `collection_parents` returns it.
@@ -194,7 +217,7 @@ def _by_uid() -> dict[int, Any]:
 
 
 def _is_animated(owner: Any) -> bool:
-    return is_animated(owner, TEMPERATURE) or is_animated(owner, EMISSIVITY)
+    return any(is_animated(owner, path) for path in ANIMATED)
 
 
 PROBE = Warmth

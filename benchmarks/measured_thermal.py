@@ -1,0 +1,208 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Rebuild what was measured with real infrared arrays: noise, and people below a ceiling.
+
+`measured_thermal.csv` has the measured values. `simulate` gives the same figures of the presets, in
+rooms with the project's own resident. Set-ups as far as they are known: docs/measured.md.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import bpy
+import numpy as np
+from angen_sensors.angen_addon.authoring.presets import find_preset, new_sensor
+from angen_sensors.residents.blender.settings import add_resident, build_of, posed, show_pose
+from angen_sensors.residents.body.skeleton import Sort
+from angen_sensors.sensor_logic.kinds import KINDS
+from mathutils import Vector
+
+from .common import box_mesh, link, new_scene, run, sensors_of
+
+KIND = KINDS["THERMAL_ARRAY"]
+# m. Heights of a seat and of a mattress on the floor.
+SEAT, MATTRESS = 0.45, 0.10
+# K. A pixel belongs to a body if the mean of 3 × 3 pixels exceeds the room by this.
+BLOB = 0.7
+
+
+def simulate(quick: bool) -> dict[str, float]:
+    """Return the simulated value of each row of measured_thermal.csv that can be rebuilt."""
+    return {**_noise(quick), **_melexis_people(quick), **_omron_people(quick)}
+
+
+# Noise
+
+
+def _noise(quick: bool) -> dict[str, float]:
+    updates = 200 if quick else 800
+    melexis, rate = _still("MLX90640_BAA", updates, 8.0, netd=0.196 * math.sqrt(2.0))
+    eye, _ = _still("AMG8833", updates * 2)
+    omron, _ = _still("D6T_1616L", updates)
+    heimann, _ = _still("HTPA32", updates)
+    of_melexis, of_eye = _by_differences(melexis), _by_differences(eye)
+    return {
+        "T1": _middle(of_melexis),
+        "T2": float(np.median(of_melexis)),
+        "T3": _edge(of_melexis),
+        "T4": _pixel_means(melexis, 40),
+        "T7": _middle(of_eye),
+        "T8": _edge(of_eye),
+        "T9": _corners(of_eye),
+        "T10": float(_means(eye, 50).mean(axis=(1, 2)).std()),
+        "T11": _pixel_means(eye, 50),
+        "T14": _corners(_by_differences(omron)) / _middle(_by_differences(omron)),
+        "T17": _corners(_by_differences(heimann)) / _middle(_by_differences(heimann)),
+    }
+
+
+def _still(preset: str, updates: int, rate: float = 0.0, **values: Any) -> tuple[Any, float]:
+    """Return frames (updates, rows, columns) of an array in a room where nothing moves."""
+    sensor = _room(preset, 2.5, 21.0, updates, rate)
+    for name, value in {"rays": 1, **values}.items():
+        setattr(sensor.angen_sensor.thermal_array, name, value)
+    return _frames(updates), sensor.angen_sensor.update_rate
+
+
+def _by_differences(frames: Any) -> Any:
+    return np.diff(frames, axis=0).std(axis=0) / math.sqrt(2.0)
+
+
+def _middle(noise: Any) -> float:
+    rows, columns = noise.shape
+    inner = noise[rows // 2 - 1 : rows // 2 + 1, columns // 2 - 1 : columns // 2 + 1]
+    return float(inner.mean())
+
+
+def _corners(noise: Any) -> float:
+    return float(noise[:: len(noise) - 1, :: len(noise[0]) - 1].mean())
+
+
+def _edge(noise: Any) -> float:
+    is_edge = np.ones(noise.shape, bool)
+    is_edge[1:-1, 1:-1] = False
+    return float(np.median(noise[is_edge]))
+
+
+def _means(frames: Any, count: int) -> Any:
+    """Return the means (k, rows, columns) of `count` frames in a row."""
+    whole = frames[: len(frames) // count * count]
+    return whole.reshape(-1, count, *frames.shape[1:]).mean(axis=1)
+
+
+def _pixel_means(frames: Any, count: int) -> float:
+    means = _means(frames, count)
+    against = means - means.mean(axis=(1, 2), keepdims=True)
+    return float(np.median(against.std(axis=0)))
+
+
+# People
+
+
+def _melexis_people(quick: bool) -> dict[str, float]:
+    frames = _people("MLX90640_BAA", 2.355, 27.0, 1.2, 0.6, 4 if quick else 16)
+    blobs = {posture: [_blob(frame) for frame in frames[posture]] for posture in frames}
+    return {"T5": float(np.mean(blobs["lying"])), "T6": float(np.mean(blobs["standing"]))}
+
+
+def _omron_people(quick: bool) -> dict[str, float]:
+    frames = _people("D6T_1616L", 2.2, 19.5, 0.8, 0.8, 6 if quick else 24)
+    tops = {p: np.median([_top(frame) for frame in frames[p]]) for p in frames}
+    halves = [_above_half(frame) for frame in frames["sitting"]]
+    return {"T12": float(tops["lying"] / tops["standing"]), "T13": float(np.median(halves))}
+
+
+def _people(
+    preset: str, ceiling: float, ambient: float, x: float, y: float, count: int
+) -> dict[str, list[Any]]:
+    """Return frames above the room, by posture, of an adult at `count` random places.
+
+    The places are within ±x and ±y (m) of the point below the array. The frames have no noise.
+    """
+    sensor = _room(preset, ceiling, ambient, 1)
+    values = sensor.angen_sensor.thermal_array
+    for name in ("netd", "offset_sigma", "frame_drift", "pixel_drift", "resolution"):
+        setattr(values, name, 0.0)
+    mattress = link("mattress", box_mesh([((1.0, 0.45, MATTRESS / 2), (0, 0, 0))]))
+    chair = link("chair", _chair())
+    rig = add_resident(bpy.context, Sort.ADULT, Vector((0, 0, 0)), 0.0)
+    places = np.random.default_rng(1).uniform(-1.0, 1.0, (count, 3)) * (x, y, math.pi)
+    found: dict[str, list[Any]] = {}
+    for posture, height in (("standing", 0.0), ("sitting", SEAT), ("lying", MATTRESS)):
+        found[posture] = []
+        for k, (at_x, at_y, yaw) in enumerate(places.tolist()):
+            pose = posed(build_of(rig), posture, (at_x, at_y, height), yaw, side=(0, 1, -1)[k % 3])
+            show_pose(rig, pose)
+            mattress.location = (at_x, at_y, MATTRESS / 2 if posture == "lying" else -5.0)
+            chair.location = (at_x, at_y, 0.0 if posture == "sitting" else -5.0)
+            mattress.rotation_euler.z = chair.rotation_euler.z = yaw
+            bpy.context.view_layer.update()
+            found[posture].append(_frames(1)[0] - ambient)
+    return found
+
+
+def _chair() -> Any:
+    """Return a chair that looks along +x, with its seat below the origin of the hips."""
+    return box_mesh([
+        ((0.21, 0.21, 0.02), (0.05, 0, SEAT - 0.02)),
+        ((0.02, 0.21, 0.25), (-0.20, 0, SEAT + 0.2)),
+    ])  # fmt: skip
+
+
+def _blob(excess: Any) -> int:
+    """Return the number of pixels of the largest blob whose means of 3 × 3 pixels are warm."""
+    padded = np.pad(excess, 1, mode="edge")
+    rows, columns = excess.shape
+    mean = sum(padded[i : i + rows, j : j + columns] for i in range(3) for j in range(3)) / 9.0
+    left, largest = set(zip(*np.nonzero(mean > BLOB), strict=True)), 0
+    while left:
+        reached = {left.pop()}
+        size = 0
+        while reached:
+            row, column = reached.pop()
+            size += 1
+            near = {(row + i, column + j) for i in (-1, 0, 1) for j in (-1, 0, 1)} & left
+            left -= near
+            reached |= near
+        largest = max(largest, size)
+    return largest
+
+
+def _top(excess: Any) -> float:
+    """Return the mean of the three warmest pixels."""
+    return float(np.sort(excess, axis=None)[-3:].mean())
+
+
+def _above_half(excess: Any) -> int:
+    return int(np.count_nonzero(excess > _top(excess) / 2.0))
+
+
+# Scenes
+
+
+def _room(
+    preset: str, ceiling: float, ambient: float, updates: int, rate: float = 0.0
+) -> Any:  # fmt: skip
+    """Make a room with an array on its ceiling, which looks down; return the array."""
+    scene = new_scene(10, updates)
+    scene.angen_ambient_temperature = ambient
+    link("floor", box_mesh([((4.0, 4.0, 0.05), (0, 0, -0.05))]))
+    sensor = new_sensor(bpy.context, KIND.identifier, find_preset(KIND, preset), "array")
+    sensor.location = (0.0, 0.0, ceiling)
+    if rate:
+        sensor.angen_sensor.update_rate = rate
+    scene.render.fps = round(sensor.angen_sensor.update_rate)
+    bpy.context.view_layer.update()
+    return sensor
+
+
+def _frames(last: int) -> Any:
+    """Return the frames (last, rows, columns) in °C of the scene's array."""
+    sensors = sensors_of(KIND.identifier)
+    _, recording = run(bpy.context.scene, sensors, 1, last)
+    texts = recording.tracks["array"].columns["frame_c"]
+    shape = sensors[0].parameters.rows, sensors[0].parameters.columns
+    found: Callable[[str], Any] = lambda text: np.array(text.split(";"), float).reshape(shape)
+    return np.array([found(text) for text in texts])

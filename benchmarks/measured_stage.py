@@ -17,6 +17,7 @@ from angen_sensors.residents.blender.api import Home
 from angen_sensors.residents.blender.keys import Curves
 from angen_sensors.residents.blender.person import body_of
 from angen_sensors.residents.body.solve import channels
+from angen_sensors.sensor_logic.kind import Preset
 from angen_sensors.sensor_logic.kinds.pir.presets import PRESETS as DETECTORS
 from angen_sensors.sensor_logic.kinds.pir.range_scan import PirParameters
 from angen_sensors.sensor_logic.kinds.presence_radar.parameters import RadarParameters
@@ -129,8 +130,6 @@ class Stage:
         self._people = [self._person("A"), self._person("B")]
         for kind, name in (("PRESENCE_RADAR", "Radar"), ("PIR", "PIR")):
             self._home.add(kind, name, (0.0, 0.0, HEIGHT), (1.0, 0.0, 0.0))
-            # Only its own part: a housing must not hide the other's view.
-            bpy.data.objects[name].angen_ignored = True
 
     def _person(self, name: str) -> Any:
         return bpy.data.objects[self._home.add_resident("ADULT", name)]
@@ -209,15 +208,15 @@ class Stage:
 
 def preset_values(name: str, preset: str) -> dict[str, Any]:
     """Return all parameters of a sensor by its preset; a motion detector is long since warm."""
-    usual, presets = (
-        (RadarParameters(), RADARS) if name == "Radar" else (PirParameters(), DETECTORS)
-    )
-    known = {p.identifier: p.values for p in presets}
-    values = {**vars(usual), **known.get(preset, known.get("HC_SR501", {}))}
-    # A text of Blender's own holds the table of a lens.
-    return {k: v for k, v in values.items() if k != "lens_table"} | (
-        {} if name == "Radar" else {"warm_up_time": 0.0}
-    )
+    if name == "Radar":
+        return {**vars(RadarParameters()), **_values(RADARS, preset)}
+    values = {**vars(PirParameters()), **_values(DETECTORS, preset), "warm_up_time": 0.0}
+    # The table of a lens is a text in the file, and these lenses have none.
+    return {key: value for key, value in values.items() if key != "lens_table"}
+
+
+def _values(presets: tuple[Preset, ...], identifier: str) -> dict[str, Any]:
+    return dict(next(p for p in presets if p.identifier == identifier).values)
 
 
 def _parts_of(place: str) -> tuple[str, ...]:

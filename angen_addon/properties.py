@@ -66,7 +66,8 @@ def _kind_changed(self: Any, context: bpy.types.Context) -> None:
         not self.is_property_set("update_rate") or self.update_rate in defaults_of_kinds
     ):
         self.update_rate = KINDS[self.kind].update_rate
-    _settings_changed(self, context)
+    # Its mesh can be a housing from now on, or no longer.
+    _load_changed(self, context)
 
 
 def _none_where_unknown(known_numbers: set[int]) -> dict[str, Any]:
@@ -169,6 +170,13 @@ def _sensor_group(groups: dict[str, type]) -> type:
             options=set(),
             search=known_rooms,
             search_options={"SUGGESTION"},
+        ),
+        "housing_solid": BoolProperty(
+            name="Solid Housing",
+            description="Other sensors see this sensor's housing. If off, their rays and waves "
+            "pass through it, so that two sensors can be in one place",
+            options=set(),
+            update=_load_changed,
         ),
         "preset": StringProperty(
             name="Preset",

@@ -42,13 +42,12 @@ class Preset:
 def parts_with(**common: Any) -> Callable[..., Preset]:
     """Return a function of an identifier, a label, a source and values that makes a preset.
 
-    It also takes the `rate` of the preset. The preset also has the `common` values that it does not replace. So all presets of a kind set
-    the same parameters, and none keeps values of a preset chosen before.
+    It also takes the `rate` of the preset. The preset also has the `common` values that it does not
+    replace. So all presets of a kind set the same parameters, and none keeps values of a preset
+    chosen before.
     """
 
-    def part(
-        identifier: str, label: str, source: str, rate: float = 0.0, **values: Any
-    ) -> Preset:
+    def part(identifier: str, label: str, source: str, rate: float = 0.0, **values: Any) -> Preset:
         return Preset(identifier, label, {**common, **values}, source, rate)
 
     return part
@@ -153,6 +152,10 @@ class Kind:
     signal_rate
         The update rate in Hz that suffices for the signal of a moving body, for models whose signal
         builds up between updates; a lower rate is warned of. 0: any rate suffices.
+    integrates
+        The name of the parameter with the time in s before each update over which the sensor
+        integrates. A run also evaluates the scene at the steps in that time. Empty: only at
+        updates.
     in_room
         Whether the sensor observes the room that it is mounted in. A sensor that is part of a door
         or of furniture does not.
@@ -186,6 +189,7 @@ class Kind:
     model: Callable[[], Any]
     needs: Mapping[str, UsedWhen] = field(default_factory=dict)
     signal_rate: float = 0.0
+    integrates: str = ""
     in_room: bool = False
     presets: tuple[Preset, ...] = ()
     part: str = ""

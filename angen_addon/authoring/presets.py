@@ -13,7 +13,7 @@ from ...sensor_logic.error import AngenError
 from ...sensor_logic.kind import Kind, Preset
 from ...sensor_logic.kinds import KINDS
 from ..scene.sensors import unit_scale
-from .housing import mesh_of
+from .housing import housing_mesh
 from .of_kind import housing_of
 
 # Relative tolerance of values, since Blender stores single precision.
@@ -102,7 +102,7 @@ def new_sensor(context: Context, kind: str, preset: Preset | None, name: str = "
     """
     label = KINDS[kind].label.partition(" (")[0]
     housing = housing_of(kind, preset.identifier if preset else "")
-    mesh = mesh_of(housing, f"{label} housing", unit_scale(context.scene))
+    mesh = housing_mesh(housing, label, unit_scale(context.scene))
     sensor = bpy.data.objects.new(name or label, mesh)
     sensor.angen_sensor.kind = kind
     if preset is not None:

@@ -161,8 +161,8 @@ def test_a_broken_body_leaves_warmth_and_a_huge_one_nothing(room):
     body = bpy.data.objects["Sitter"]
     body.data.vertices[0].co.x = math.nan
     body.data.update()
-    assert excess(room, room.run(1, leaves + 10))[leaves] > 3.0, "its other faces are there"
-    body.data.vertices[0].co.x = -1e6
+    assert excess(room, room.run(1, leaves + 10))[leaves] > 1.0, "its other faces are there"
+    body.data.vertices[0].co = (0, 0, 1e3)
     body.data.update()
     assert excess(room, room.run(1, leaves + 10))[leaves] == 0.0
 

@@ -11,7 +11,7 @@ from angen_sensors.sensor_logic.warmth_left import (
     EFFUSIVITY,
     OF_CONTACT,
     OF_ROOM,
-    Contact,
+    Imprint,
     Print,
     WarmthLeft,
     ages,
@@ -69,7 +69,7 @@ def seat(source=10.0, height=0.0):
     """Return a contact that covers 6 × 4 cells."""
     x, y = np.meshgrid(np.arange(6) + 0.5, np.arange(4) + 0.5)
     points = np.stack([x.ravel() * CELL, y.ravel() * CELL, np.full(24, height)], axis=1)
-    return Contact(points, np.full(24, source))
+    return Imprint(points, np.full(24, source))
 
 
 def seen(left, x, y, time, height=0.0):
@@ -99,7 +99,7 @@ def test_a_print_has_no_holes_at_any_angle(angle):
     points = contact.points.copy()
     points[:, :2] = points[:, :2] @ turn.T
     left = WarmthLeft()
-    left.touch(0.0, {PLACE: Contact(points, contact.source)})
+    left.touch(0.0, {PLACE: Imprint(points, contact.source)})
     left.touch(60.0, {})
     inner = [turn @ (x, y) for x in np.linspace(1.0, 5.0, 9) for y in np.linspace(1.0, 3.0, 5)]
     values = [seen(left, x, y, 60.0) for x, y in inner]

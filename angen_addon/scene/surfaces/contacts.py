@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ....sensor_logic.model import Array, Index
-from ....sensor_logic.warmth_left import CELL, Contact, Place
+from ....sensor_logic.warmth_left import CELL, Imprint, Place
 from ..bearers import armatures, bearer
 from ..rays.caster import NOTHING, RayCaster
 from ..rays.solids import Solid, Solids
@@ -63,7 +63,7 @@ class Bodies:
     def __bool__(self) -> bool:
         return bool(self._rows)
 
-    def contacts(self, depsgraph: Any, metres: float, cold: Array) -> dict[Place, Contact]:
+    def contacts(self, depsgraph: Any, metres: float, cold: Array) -> dict[Place, Imprint]:
         """Return where bodies touch solids, at the frame that the list of solids shows.
 
         Parameters
@@ -75,13 +75,13 @@ class Bodies:
         cold
             The temperature in K of each solid's surface, by the number of the solid.
         """
-        found: dict[Place, list[Contact]] = defaultdict(list)
+        found: dict[Place, list[Imprint]] = defaultdict(list)
         for body, rows in self._rows.items():
             points, met = self._touched(depsgraph, metres, rows)
             for number in np.unique(met).tolist():
                 place, local = self._in_solid(number, points[met == number], metres)
                 excess = max(self._skin[body] - float(cold[number]), 0.0)
-                found[place].append(Contact(local, np.full(len(local), excess)))
+                found[place].append(Imprint(local, np.full(len(local), excess)))
         return {place: _joined(contacts) for place, contacts in found.items()}
 
     def _touched(self, depsgraph: Any, metres: float, rows: Index) -> tuple[Array, Index]:
@@ -152,5 +152,5 @@ def in_frame(matrix: Array, inverse: Array, axis: int, points: Array, metres: fl
     return local[:, [i for i in range(3) if i != axis] + [axis]]
 
 
-def _joined(contacts: Iterable[Contact]) -> Contact:
-    return Contact(*map(np.concatenate, zip(*contacts, strict=True)))
+def _joined(contacts: Iterable[Imprint]) -> Imprint:
+    return Imprint(*map(np.concatenate, zip(*contacts, strict=True)))

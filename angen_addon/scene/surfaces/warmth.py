@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ....sensor_logic.kind import WARMTH
 from ....sensor_logic.model import Answers, Array, Emission, Index
 from ....sensor_logic.physics import insulated_share
-from ....sensor_logic.warmth_left import Contact, Place, Print, Spots, WarmthLeft, ages, start_of
+from ....sensor_logic.warmth_left import Imprint, Place, Print, Spots, WarmthLeft, ages, start_of
 from ....sensor_logic.wording import ZERO_CELSIUS
 from ..animation import is_animated
 from ..instances import Uid
@@ -102,7 +102,7 @@ class Warmth(MetSurfaces):
         self._bodies = Bodies(caster, {})
         # Contacts at the frames of the present batch, by the state of the scene.
         self._row_of: dict[int, int] = {}
-        self._contacts: dict[Hashable, dict[Place, Contact]] = {}
+        self._contacts: dict[Hashable, dict[Place, Imprint]] = {}
         self._batch: Any = None
 
     @property
@@ -126,7 +126,7 @@ class Warmth(MetSurfaces):
         """Return a value that differs between frames of the caster at which solids differ."""
         return self._listing, self._rays.frames.version[frame].tobytes()
 
-    def contacts(self, depsgraph: Any, frame: int) -> dict[Place, Contact]:
+    def contacts(self, depsgraph: Any, frame: int) -> dict[Place, Imprint]:
         """Return where warm bodies touch other solids, at a frame of the caster."""
         at, state = self._rays.frames, self.scene_at(frame)
         if self._batch is not at:

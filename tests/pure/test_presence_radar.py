@@ -278,7 +278,9 @@ def test_the_rays_fill_the_angles_in_front_of_the_board():
     only = radar_beams(RadarParameters(rays_across=1, rays_up=1), POSE)
     assert only.directions[0] == pytest.approx(AWAY), "a single ray looks ahead"
     gain = two_way_gain(RadarParameters(), only.azimuth, 0.0)
-    assert only.weight / gain == pytest.approx([math.radians(156) * 2.0 * math.sin(math.radians(78))])
+    assert only.weight / gain == pytest.approx(
+        [math.radians(156) * 2.0 * math.sin(math.radians(78))]
+    )
 
 
 def test_rays_are_as_dense_ahead_as_if_they_divided_the_field_of_view():

@@ -36,7 +36,7 @@ NEAREST = 0.01
 # The golden ratio spaces the rows' offsets most evenly.
 GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 # Rays go up to this share of the angles from the axis to the edges of the field of view, and not
-# farther from the axis than OUTERMOST (rad): rays to the sides and behind cost much and weigh little.
+# farther from the axis than OUTERMOST (rad): rays beyond cost much and weigh little.
 BEYOND, OUTERMOST = 1.5, math.radians(78)
 # Cells of distance in a gate, each of which has its own random sum of echoes. The lobe of a Hann
 # window is two gates long on each side.

@@ -191,7 +191,7 @@ def posed(
 
 
 def show_pose(rig: Any, pose: BodyPose) -> None:
-    """Move a resident's armature, bones and walking frame to one pose (n = 1), without keyframes."""
+    """Move a resident's armature and walking frame to one pose (n = 1), without keyframes."""
     metres = unit_scale(bpy.context.scene)
     rest = {bone.name: np.array(bone.matrix_local.to_quaternion()) for bone in rig.data.bones}
     for path, index, values in channels(pose, rest):

@@ -503,7 +503,7 @@ def _hc_sr501(identifier: str, label: str, distance: float, trimmer: str) -> Pre
         zone_rays=24,
         lens_blur=math.radians(1.0),
         target="PERSON",
-        target_contrast=3.1,
+        target_contrast=3.0,
         low_cut=1.6,
         high_cut=16.0,
         hold_time=3.46,

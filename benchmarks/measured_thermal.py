@@ -25,8 +25,8 @@ from .common import box_mesh, link, new_scene, run, sensors_of
 KIND = KINDS["THERMAL_ARRAY"]
 # m. Heights of a seat and of a mattress on the floor.
 SEAT, MATTRESS = 0.45, 0.10
-# s. So long rests who leaves warmth: the recording says seconds.
-RESTED = 8
+# s. So long rests who leaves warmth: the recording says seconds, and its files last 10 to 30 s.
+RESTED = 15
 # K. A pixel belongs to a body if the mean of 3 × 3 pixels exceeds the room by this.
 BLOB = 0.7
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.explain.explain import explain
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.live import live_of
+from bl_ext.user_default.angen_sensors.angen_addon.scene.animation import action_curves
 from bl_ext.user_default.angen_sensors.residents.blender.settings import (
     add_resident,
     build_of,
@@ -15,7 +16,7 @@ from bl_ext.user_default.angen_sensors.residents.blender.settings import (
     show_pose,
 )
 from bl_ext.user_default.angen_sensors.residents.body.skeleton import Sort
-from mathutils import Vector
+from mathutils import Matrix, Vector
 
 ROOM, SKIN = 21.0, 33.5
 FPS = 2
@@ -128,6 +129,42 @@ def test_the_print_moves_and_turns_with_the_seat(room):
     assert column < 5.0 and row == pytest.approx(5.5, abs=0.3)
     row, column = (np.average(np.arange(12), weights=after.sum(axis=a)) for a in (1, 0))
     assert row > 7.0 and column == pytest.approx(5.5, abs=0.3)
+
+
+@pytest.mark.parametrize("scale", [1.0, 0.01])
+def test_scaled_objects_and_units_change_nothing(room, scale):
+    leaves = sitter(room, 30.0)
+    plain = excess(room, room.run(1, leaves + 20))[leaves:]
+    room.scene.unit_settings.scale_length = scale
+    for obj in bpy.data.objects:
+        obj.location /= scale
+        obj.scale = (1 / scale,) * 3
+    moving = bpy.data.objects["Sitter"].animation_data
+    for curve in action_curves(moving.action, getattr(moving, "action_slot", None)):
+        for point in curve.keyframe_points:
+            point.co.y /= scale
+    stool = bpy.data.objects["Stool"]
+    stool.data.transform(Matrix.Diagonal((2.0, -0.5, 1.0, 1.0)))
+    stool.scale = (0.5 / scale, 2.0 / scale, 1.0 / scale)
+    assert excess(room, room.run(1, leaves + 20))[leaves:] == pytest.approx(plain, abs=0.05)
+
+
+def test_the_reference_ray_caster_gives_the_same(room):
+    leaves = sitter(room, 20.0)
+    plain = room.series(room.run(1, leaves + 10), "array", "frame_c")
+    room.scene.angen_ray_caster = "SCENE"
+    assert room.series(room.run(1, leaves + 10), "array", "frame_c") == plain
+
+
+def test_a_broken_body_leaves_warmth_and_a_huge_one_nothing(room):
+    leaves = sitter(room, 20.0)
+    body = bpy.data.objects["Sitter"]
+    body.data.vertices[0].co.x = math.nan
+    body.data.update()
+    assert excess(room, room.run(1, leaves + 10))[leaves] > 1.0, "its other faces are there"
+    body.data.vertices[0].co = (0, 0, 1e3)
+    body.data.update()
+    assert excess(room, room.run(1, leaves + 10))[leaves] == 0.0
 
 
 def test_explain_names_the_seat(room):

@@ -21,6 +21,8 @@ GAP, SUNK = 0.03, 0.12
 # m. Of a body that stands or sits upright, so much above its lowest point is shoes or legs of
 # furniture: they leave nothing. Upright is a body that is higher than it is long.
 FEET = 0.12
+# m. What is larger is no body.
+LARGEST = 5.0
 
 
 def body_of(solid: Solid) -> Any:
@@ -90,10 +92,10 @@ class Bodies:
         """
         solids = self._caster.solids
         size = (solids.hi[rows] - solids.lo[rows]).max(axis=0, initial=0.0)
-        if not np.isfinite(size).all() or (size < 0.0).any():
+        if not ((size >= 0.0) & (size * metres <= LARGEST)).all():
             return np.zeros((0, 3)), np.zeros(0, np.intp)
         start = np.concatenate([_samples(solids, depsgraph, row, metres) for row in rows.tolist()])
-        start = _lowest(start, CELL / metres)
+        start = _lowest(start[np.isfinite(start).all(axis=1)], CELL / metres)
         if size[2] > max(size[0], size[1]):
             start = start[start[:, 2] > solids.lo[rows, 2].min() + FEET / metres]
         start[:, 2] += SUNK / metres
@@ -116,6 +118,7 @@ def _samples(solids: Solids, depsgraph: Any, row: int, metres: float) -> Array:
     geometry, matrix = solids.solids[row].geometry, solids.matrix[row]
     points = geometry.vertices @ matrix[:3, :3].T + matrix[:3, 3]
     corners = points[geometry.triangles(depsgraph)]
+    corners = corners[np.isfinite(corners).all(axis=(1, 2))]
     sides = np.linalg.norm(np.diff(corners[:, [0, 1, 2, 0], :2], axis=1), axis=2)
     parts = np.ceil(sides.max(axis=1, initial=0.0) * metres / (0.6 * CELL)).astype(np.intp)
     found = [points]

@@ -34,8 +34,8 @@ BLOB = 0.7
 def simulate(quick: bool) -> dict[str, float]:
     """Return the simulated value of each row of measured_thermal.csv by its id."""
     left = {
-        "T15": _warmth_left("sitting", SEAT, _chair, 10, 43),
-        "T16": _warmth_left("lying", MATTRESS, _mattress, 5, 28),
+        "TA15": _warmth_left("sitting", SEAT, _chair, 10, 43),
+        "TA16": _warmth_left("lying", MATTRESS, _mattress, 5, 28),
     }
     return {**_noise(quick), **_melexis_people(quick), **_omron_people(quick), **left}
 
@@ -51,17 +51,17 @@ def _noise(quick: bool) -> dict[str, float]:
     heimann = _still("HTPA32", updates)
     of_melexis, of_eye = _by_differences(melexis), _by_differences(eye)
     return {
-        "T1": _middle(of_melexis),
-        "T2": float(np.median(of_melexis)),
-        "T3": _edge(of_melexis),
-        "T4": _pixel_means(melexis, 40),
-        "T7": _middle(of_eye),
-        "T8": _edge(of_eye),
-        "T9": _corners(of_eye),
-        "T10": float(_means(eye, 50).mean(axis=(1, 2)).std()),
-        "T11": _pixel_means(eye, 50),
-        "T14": _corners(_by_differences(omron)) / _middle(_by_differences(omron)),
-        "T17": _corners(_by_differences(heimann)) / _middle(_by_differences(heimann)),
+        "TA1": _middle(of_melexis),
+        "TA2": float(np.median(of_melexis)),
+        "TA3": _edge(of_melexis),
+        "TA4": _pixel_means(melexis, 40),
+        "TA7": _middle(of_eye),
+        "TA8": _edge(of_eye),
+        "TA9": _corners(of_eye),
+        "TA10": float(_means(eye, 50).mean(axis=(1, 2)).std()),
+        "TA11": _pixel_means(eye, 50),
+        "TA14": _corners(_by_differences(omron)) / _middle(_by_differences(omron)),
+        "TA17": _corners(_by_differences(heimann)) / _middle(_by_differences(heimann)),
     }
 
 
@@ -111,14 +111,14 @@ def _pixel_means(frames: Any, count: int) -> float:
 def _melexis_people(quick: bool) -> dict[str, float]:
     frames = _people("MLX90640_BAA", 2.355, 27.0, 1.2, 0.6, 4 if quick else 16)
     blobs = {posture: [_blob(frame) for frame in frames[posture]] for posture in frames}
-    return {"T5": float(np.mean(blobs["lying"])), "T6": float(np.mean(blobs["standing"]))}
+    return {"TA5": float(np.mean(blobs["lying"])), "TA6": float(np.mean(blobs["standing"]))}
 
 
 def _omron_people(quick: bool) -> dict[str, float]:
     frames = _people("D6T_1616L", 2.2, 19.5, 0.8, 0.8, 6 if quick else 24)
     tops = {p: np.median([_top(frame) for frame in frames[p]]) for p in frames}
     halves = [_above_half(frame) for frame in frames["sitting"]]
-    return {"T12": float(tops["lying"] / tops["standing"]), "T13": float(np.median(halves))}
+    return {"TA12": float(tops["lying"] / tops["standing"]), "TA13": float(np.median(halves))}
 
 
 def _people(

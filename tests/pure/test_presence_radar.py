@@ -272,21 +272,24 @@ def test_the_rays_fill_the_angles_in_front_of_the_board():
         parameters = RadarParameters(rays_across=across, rays_up=up)
         beams = radar_beams(parameters, POSE)
         assert np.linalg.norm(beams.directions, axis=1) == pytest.approx(1.0)
-        assert (beams.directions[:, 1] >= 0.0).all(), "nothing behind the board"
+        ahead = np.degrees(np.arccos(beams.directions[:, 1]))
+        assert ahead.max() < 78.01, "nothing behind the board, and the least to its sides"
         assert beams.directions.shape == (across * up, 3)
     only = radar_beams(RadarParameters(rays_across=1, rays_up=1), POSE)
     assert only.directions[0] == pytest.approx(AWAY), "a single ray looks ahead"
     gain = two_way_gain(RadarParameters(), only.azimuth, 0.0)
-    assert only.weight / gain == pytest.approx([2.0 * math.pi]), "all of the solid angle"
+    assert only.weight / gain == pytest.approx(
+        [math.radians(156) * 2.0 * math.sin(math.radians(78))]
+    )
 
 
 def test_rays_are_as_dense_ahead_as_if_they_divided_the_field_of_view():
     fov = math.radians(120)
     angles = np.degrees(ray_angles(np.linspace(-1.0, 1.0, 61), fov))
-    assert angles[[0, 30, 60]] == pytest.approx([-90.0, 0.0, 90.0])
+    assert angles[[0, 30, 60]] == pytest.approx([-78.0, 0.0, 78.0])
     assert np.diff(angles)[30] == pytest.approx(2.0, abs=0.01)
     assert (np.diff(np.diff(angles)[30:]) > 0.0).all()
-    assert ray_angles(1.0, math.radians(178)) == pytest.approx(math.pi / 2)
+    assert ray_angles(1.0, math.radians(178)) == pytest.approx(math.radians(78))
     assert ray_angles(1.0, math.radians(20)) == pytest.approx(math.radians(15))
 
 

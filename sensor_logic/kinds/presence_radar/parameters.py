@@ -45,8 +45,8 @@ class RadarParameters(Parameters):
         math.radians(120),
         "Horizontal field of view",
         "Angle between the directions in which the antenna has half of its gain. Outside, it falls "
-        "on, up to 1.5 times this angle or the plane of the board. Datasheets: detection angle, "
-        "azimuth",
+        "on, up to 1.5 times this angle and at most 78° from the axis. Datasheets: detection "
+        "angle, azimuth",
         unit="rad",
         minimum=NARROWEST,
         maximum=math.radians(178),

@@ -35,8 +35,9 @@ ROUND, WALKING = 0.53, 0.2
 NEAREST = 0.01
 # The golden ratio spaces the rows' offsets most evenly.
 GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
-# Rays go up to this share of the angles from the axis to the edges of the field of view.
-BEYOND = 1.5
+# Rays go up to this share of the angles from the axis to the edges of the field of view, and not
+# farther from the axis than OUTERMOST (rad): rays beyond cost much and weigh little.
+BEYOND, OUTERMOST = 1.5, math.radians(78)
 # Cells of distance in a gate, each of which has its own random sum of echoes. The lobe of a Hann
 # window is two gates long on each side.
 CELLS = 4
@@ -76,7 +77,7 @@ class Beams:
 
 def edge_of(field_of_view: float) -> float:
     """Return the angle in radians between the view axis and the outermost rays."""
-    return min(BEYOND * field_of_view / 2.0, math.pi / 2.0)
+    return min(BEYOND * field_of_view / 2.0, OUTERMOST)
 
 
 def ray_angles(share: ArrayLike, field_of_view: float) -> Array:
@@ -86,7 +87,7 @@ def ray_angles(share: ArrayLike, field_of_view: float) -> Array:
     of view.
     """
     edge, u = edge_of(field_of_view), np.asarray(share, np.float64)
-    linear = field_of_view / 2.0 / edge
+    linear = min(field_of_view / 2.0 / edge, 1.0)
     found: Array = edge * u * (linear + (1.0 - linear) * u * u)
     return found
 
@@ -95,16 +96,20 @@ def radar_beams(parameters: RadarParameters, pose: Pose) -> Beams:
     """Return the rays of a radar.
 
     Rows of equal elevation divide the angles in front of the board, and the rays of a row its
-    azimuths. Each row is offset by a different part of the spacing, so that no body is missed
-    between two columns.
+    azimuths, up to OUTERMOST from the axis. Each row is offset by a different part of the spacing,
+    so that no body is missed between two columns.
     """
     across, up = parameters.rays_across, parameters.rays_up
     wide, high = parameters.horizontal_fov, parameters.vertical_fov
     row = np.arange(up)
     elevation = ray_angles((2.0 * row + 1.0) / up - 1.0, high)
     offset = (0.5 + (row - (up - 1) / 2.0) * GOLDEN) % 1.0
-    azimuth = ray_angles(2.0 * (np.arange(across) + offset[:, None]) / across - 1.0, wide)
-    width = np.diff(ray_angles(2.0 * np.arange(across + 1) / across - 1.0, wide))
+    outermost = np.arccos(np.minimum(math.cos(OUTERMOST) / np.cos(elevation), 1.0))
+    narrower = np.minimum(outermost / edge_of(wide), 1.0)[:, None]
+    azimuth = (
+        ray_angles(2.0 * (np.arange(across) + offset[:, None]) / across - 1.0, wide) * narrower
+    )
+    width = np.diff(ray_angles(2.0 * np.arange(across + 1) / across - 1.0, wide)) * narrower
     height = np.diff(np.sin(ray_angles(2.0 * np.arange(up + 1) / up - 1.0, high)))
     weight = width * height[:, None] * two_way_gain(parameters, azimuth, elevation[:, None])
     level = np.cos(elevation)[:, None]

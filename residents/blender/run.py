@@ -29,6 +29,7 @@ from ...sensor_logic.files import read_text
 from ...sensor_logic.log import Event
 from ...sensor_logic.model import Array
 from ...sensor_logic.recording.tracks import Recording, Track
+from ...sensor_logic.wording import uncapitalized
 from ..acting import Ground, acting
 from ..acting.places import Places
 from ..acting.timeline import Acted
@@ -50,7 +51,9 @@ from ..routine.routine import DAY, Person, Routine, Segment
 from ..routine.timetable import Draws, timetable
 from .causes import Causes
 from .daylight import Daylight
-from .keys import KeyedStretch, lights_of
+from .keys import KeyedStretch
+from .lamps import lights_of, unswitchable
+from .moved_alike import moved_residents, unmovable
 from .places import read_marks_in_steps
 from .settings import build_of, residents_in
 
@@ -347,6 +350,11 @@ class Household:
                 self._builds[name] = build_of(obj)
         self._ground = Ground(self.places)
         self._last: tuple[int, Acted] | None = None
+        # Sentences for the user, each given once.
+        self._notes: dict[Any, str] = {
+            names: f"{problem}: {uncapitalized(mend)}"
+            for problem, mend, names in unmovable(moved_residents(self.scene))
+        }
 
     def date_of(self, number: int) -> date:
         return self.start + timedelta(number)
@@ -362,7 +370,23 @@ class Household:
         """Compute the same as `acted`; yield the progress, 0 to 1, and return the result."""
         if self._last is None or self._last[0] != number:
             self._last = number, (yield from self._act(number))
+            self._note_lamps({switch.object for switch in self._last[1].switches})
+            for wait in filter(lambda one: one.is_long, self._last[1].waits):
+                text = f"{self.date_of(number)}: {wait.text}"
+                self._notes.setdefault((wait.person, wait.place), text)
         return self._last[1]
+
+    def _note_lamps(self, names: set[str]) -> None:
+        """Note which lamps the residents cannot switch."""
+        lamps = [bpy.data.objects[name] for name in sorted(names)]
+        for problem, mend, objects in unswitchable(lamps, evaluated_depsgraph()):
+            self._notes.setdefault(objects, f"{problem}: {uncapitalized(mend)}")
+
+    def take_notes(self) -> list[str]:
+        """Return new sentences on who waits long for a place, and on what a day cannot move."""
+        found = [text for text in self._notes.values() if text]
+        self._notes = dict.fromkeys(self._notes, "")
+        return found
 
     def _act(self, number: int) -> Shares[Acted]:
         segments = self.plan.segments(self.start, number + 2, self.seed)

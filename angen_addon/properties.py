@@ -66,7 +66,8 @@ def _kind_changed(self: Any, context: bpy.types.Context) -> None:
         not self.is_property_set("update_rate") or self.update_rate in defaults_of_kinds
     ):
         self.update_rate = KINDS[self.kind].update_rate
-    _settings_changed(self, context)
+    # Its mesh can be a housing from now on, or no longer.
+    _load_changed(self, context)
 
 
 def _none_where_unknown(known_numbers: set[int]) -> dict[str, Any]:
@@ -170,6 +171,13 @@ def _sensor_group(groups: dict[str, type]) -> type:
             search=known_rooms,
             search_options={"SUGGESTION"},
         ),
+        "housing_solid": BoolProperty(
+            name="Solid Housing",
+            description="Other sensors see this sensor's housing. If off, their rays and waves "
+            "pass through it, so that two sensors can be in one place",
+            options=set(),
+            update=_load_changed,
+        ),
         "preset": StringProperty(
             name="Preset",
             description="Identifier of the preset that was last applied",
@@ -227,7 +235,8 @@ WARMTH = property_group(
         ),
         "temperature": FloatProperty(
             name="Temperature (°C)",
-            description="Temperature of the surface in degrees Celsius",
+            description="Temperature of the surface in degrees Celsius. Under an insulation, such "
+            "as clothes, that of the skin",
             default=30.0,
             min=-273.15,
             soft_min=-20.0,
@@ -243,6 +252,17 @@ WARMTH = property_group(
             default=0.95,
             min=0.0,
             max=1.0,
+        ),
+        "insulation": FloatProperty(
+            name="Insulation (clo)",
+            description="Insulation over the temperature, in clo (0.155 m²·K/W). The surface is "
+            "then between it and the ambient temperature, and follows both. Light summer clothes: "
+            "0.5; indoor clothes in winter: 1; a duvet: 5. 0: bare",
+            default=0.0,
+            min=0.0,
+            soft_max=6.0,
+            precision=2,
+            step=10,
         ),
     },
     override=OVERRIDABLE,
@@ -298,6 +318,13 @@ SCENE_SETTINGS = {
         soft_max=45.0,
         precision=1,
         step=50,
+    ),
+    "angen_warmth_left": BoolProperty(
+        name="Warmth left behind",
+        description="Thermal arrays see for minutes that seats and beds are warm where somebody "
+        "rested. Bodies are what has a temperature, and a mass or an armature",
+        default=True,
+        options=set(),
     ),
     "angen_ray_caster": EnumProperty(
         name="Ray caster",

@@ -35,8 +35,8 @@ from angen_sensors.sensor_logic.coverage.motions import (
     Walker,
 )
 from angen_sensors.sensor_logic.kinds.pir.coverage import RangeView, WarmView
-from angen_sensors.sensor_logic.kinds.pir.lenses import zone_rays
 from angen_sensors.sensor_logic.kinds.pir.pyroelectric import (
+    rays_of,
     response_of,
     threshold_of,
     zones_of,
@@ -208,7 +208,7 @@ def _by_an_arm(axes: Array, towards: Array) -> Array:
 
     The arm turns by 90°.
     """
-    local = zone_rays(zones_of(LENS), LENS.zone_rays)
+    local = rays_of(LENS)
     directions, walker = local.directions @ axes.T, Walker()
     warm = (walker.celsius + ZERO_CELSIUS) ** 4 - AMBIENT**4
     view = WarmView(

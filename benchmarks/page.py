@@ -24,7 +24,8 @@ from .bounds import CYCLES, ENVIRONMENT, LEAST_W_M2, PARTS, RADIANCE, expression
 
 DOCS = Path(__file__).resolve().parent.parent / "docs"
 # Pages with tables between markers, and the part of the results that each page shows.
-TABLES = {"pressure.md": "pressure", "pir.md": "pir_pyroelectric", "light.md": "light"}
+TABLES = {"pressure.md": "pressure", "pir.md": "pir_pyroelectric", "light.md": "light",
+          "measured.md": "measured"}  # fmt: skip
 # An exponent above FASTER is bold. Times shorter than LEAST_MS (ms) are noise.
 FASTER, LEAST_MS = 1.2, 0.05
 

@@ -14,11 +14,13 @@ from typing import Any
 
 import bpy
 import numpy as np
+from angen_sensors.angen_addon.authoring.presets import find_preset
 from angen_sensors.angen_addon.runtime.probes import Probes
 from angen_sensors.angen_addon.runtime.sensor_runner import SensorRunner
 from angen_sensors.angen_addon.runtime.time_base import clock_of, evaluated_depsgraph
 from angen_sensors.sensor_logic.geometry.pixels import all_cells, lattice_cells, pixel_directions
 from angen_sensors.sensor_logic.kind import WARMTH
+from angen_sensors.sensor_logic.kinds import KINDS
 from angen_sensors.sensor_logic.kinds.thermal_array.array import SIGHT, celsius
 from angen_sensors.sensor_logic.physics import radiosity
 
@@ -41,9 +43,9 @@ GRIDS, LATTICES = (2, 3, 4, 5, 6, 8), (5, 8, 13, 21, 34, 55)
 DENSE = 32
 # K. A pixel has an edge in it if its dense rays differ by more than this.
 EDGE = 0.5
-# By name: the parameters of the arrays, and how many there are.
+# By name: the parameters of the arrays, and how many there are. The first is a part with its noise.
 PARTS: dict[str, tuple[dict[str, Any], int]] = {
-    "8 × 8 pixels, 60° × 60°": ({}, 7),
+    "8 × 8 pixels, 60° × 60°": (dict(find_preset(KINDS[KIND], "AMG8833").values), 7),
     "32 × 24 pixels, 55° × 35°": (
         {"columns": 32, "rows": 24, "horizontal_fov": 0.9599, "vertical_fov": 0.6109},
         1,
@@ -133,7 +135,7 @@ def errors(frames: int) -> list[dict[str, Any]]:
 def timed(name: str, count: int, rays: int, frames: int, rounds: int) -> dict[str, Any]:
     """Return the time of a run relative to the bare frames, and in ms for each frame."""
     scene = open_home()
-    sensors = arrays(scene, count, rays=rays, **PARTS[name][0])
+    sensors = arrays(scene, count, **PARTS[name][0] | {"rays": rays})
     walls, bare, updates = [], [], 0
     for _ in range(rounds):
         wall, recording = run(scene, sensors, FIRST, FIRST + frames - 1)

@@ -38,11 +38,11 @@ class ANGEN_OT_warmth_set(Operator):
     def execute(self, context: Context) -> set[str]:
         chosen = context.selected_objects or [context.object]
         usual = USUAL[self.sort]
-        surfaces, skins = [], []
+        surfaces, parts = [], []
         for obj in chosen:
-            some, skin = warm(obj, usual, context.view_layer)
+            some, found = warm(obj, usual, context.view_layer)
             surfaces += [surface for surface in some if surface not in surfaces]
-            skins += [material for material in skin if material not in skins]
+            parts += [material for material in found if material not in parts]
         if not surfaces:
             return cancelled(
                 self,
@@ -50,12 +50,15 @@ class ANGEN_OT_warmth_set(Operator):
                 "select meshes that are not linked",
             )
         names = ", ".join(sorted(f"'{surface.name}'" for surface in surfaces)[:4])
-        text = f"{usual.celsius:g} °C: {names}{' …' if len(surfaces) > 4 else ''}"
+        over = f" under {usual.insulation:g} clo" if usual.insulation else ""
+        text = f"{usual.celsius:g} °C{over}: {names}{' …' if len(surfaces) > 4 else ''}"
         if usual.identifier == "PERSON":
-            bare = ", ".join(sorted(f"'{material.name}'" for material in skins))
+            others = ", ".join(
+                sorted(f"'{m.name}' {m.angen_warmth.insulation:.1f} clo" for m in parts)
+            )
             text += (
-                f"; skin 33 °C: {bare}"
-                if bare
+                f"; {others}"
+                if others
                 else (
                     "; no material has a name like skin: if one is bare skin, set its "
                     "temperature in the Material tab"

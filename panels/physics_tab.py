@@ -6,7 +6,7 @@ from __future__ import annotations
 import bpy
 from bpy.types import Context, Panel
 
-from ..angen_addon.scene.instances import stands_for
+from ..angen_addon.scene.instances import has_housing, stands_for
 from ..angen_addon.scene.sensors import room_of
 from .parameters import draw_sensor, sensor_of
 from .presets import draw_presets
@@ -44,6 +44,8 @@ class ANGEN_PT_physics(Panel):
                 column.prop(obj.angen_sensor, "room", placeholder=room_of(obj))
         else:
             draw_sensor(layout, context, sensor)
+            if has_housing(obj):
+                layout.prop(sensor.settings, "housing_solid")
 
 
 register, unregister = bpy.utils.register_classes_factory((ANGEN_PT_physics,))

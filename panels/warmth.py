@@ -10,8 +10,14 @@ from bpy.types import Context, Menu, Panel
 
 from ..angen_addon.advice import warmth
 from ..angen_addon.scene.rays.geometry import SURFACE_TYPES, evaluated_materials
-from ..angen_addon.scene.surfaces.warmth import collection_parents, inherited_warmth
-from ..angen_addon.view.panel_parts import PhysicsTab, draw_property, has_name_column
+from ..angen_addon.scene.surfaces.warmth import (
+    OwnWarmth,
+    collection_parents,
+    inherited_warmth,
+    kelvin,
+    own_warmth,
+)
+from ..angen_addon.view.panel_parts import PhysicsTab, draw_property, draw_row, has_name_column
 from ..operators.warmth import ANGEN_OT_warmth_set
 from ..sensor_logic.wording import ZERO_CELSIUS
 
@@ -68,6 +74,7 @@ class ANGEN_PT_physics_warmth(PhysicsTab, _Warmth, Panel):
         column.use_property_split = has_name_column()
         scene = context.scene
         draw_property(column, scene, scene, "angen_ambient_temperature", "Ambient", "°C")
+        column.prop(scene, "angen_warmth_left")
 
 
 class ANGEN_PT_material_warmth(_Warmth, Panel):
@@ -88,25 +95,39 @@ class ANGEN_PT_collection_warmth(_Warmth, Panel):
 
 
 def draw_warmth(layout: Any, owner: Any) -> None:
-    """Draw temperature and emissivity of an object, material or collection."""
+    """Draw temperature, insulation and emissivity of an object, material or collection."""
     column = layout.column()
     column.use_property_split = has_name_column()
     column.active = owner.angen_warmth.use_temperature
-    draw_property(column, bpy.context.scene, owner.angen_warmth, "temperature", "Surface", "°C")
-    column.prop(owner.angen_warmth, "emissivity")
+    warmth, scene = owner.angen_warmth, bpy.context.scene
+    covered = warmth.insulation > 0.0
+    draw_property(column, scene, warmth, "temperature", "Skin" if covered else "Surface", "°C")
+    column.prop(warmth, "insulation")
+    found = own_warmth(owner)
+    if covered and found is not None:
+        draw_row(column, "Surface", _surface_text(found, scene))
+    column.prop(warmth, "emissivity")
+
+
+def _surface_text(found: OwnWarmth, scene: Any) -> str:
+    """Return the temperature of a surface in the scene's ambient temperature, with its unit."""
+    celsius = found.surface(kelvin(scene.angen_ambient_temperature)) - ZERO_CELSIUS
+    return f"{celsius:.1f} °C"
 
 
 def _draw_inherited(layout: Any, obj: Any) -> None:
     """Draw which materials, or which collection, set the object's temperature."""
+    scene = bpy.context.scene
     for material in evaluated_materials(obj):
-        if material is not None and material.angen_warmth.use_temperature:
-            celsius = material.angen_warmth.temperature
-            layout.label(text=f"Material '{material.name}': {celsius:.1f} °C", icon="MATERIAL")
+        found = None if material is None else own_warmth(material)
+        if found is not None:
+            text = f"Material '{material.name}': {_surface_text(found, scene)}"
+            layout.label(text=text, icon="MATERIAL")
     if not obj.angen_warmth.use_temperature:
         inherited = inherited_warmth(obj, collection_parents())
         if inherited is not None:
-            celsius = inherited[0] - ZERO_CELSIUS
-            layout.label(text=f"As its collection: {celsius:.1f} °C", icon="OUTLINER_COLLECTION")
+            text = f"As its collection: {_surface_text(inherited, scene)}"
+            layout.label(text=text, icon="OUTLINER_COLLECTION")
 
 
 register, unregister = bpy.utils.register_classes_factory(

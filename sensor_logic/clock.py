@@ -10,6 +10,7 @@ a frame.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
@@ -69,6 +70,10 @@ class Clock:
         """Return the times (n,) in s from the start frame, and the frames (n,), of steps (n,)."""
         count, seconds = self._steps_over_seconds
         return steps * seconds / count, self.frame_start + steps / self.substeps
+
+    def steps_within(self, seconds: float) -> int:
+        """Return the number of whole steps in a time; 1 for a time shorter than a step."""
+        return max(1, math.floor(exact(seconds) * self.steps_per_second))
 
     def step_frame(self, step: int) -> float:
         """Return the frame of `step`, with a fraction for a step between two frames."""

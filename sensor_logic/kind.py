@@ -29,23 +29,26 @@ class Preset:
 
     A parameter that is not in `values` stays as it is. `identifier` is unique within its kind and
     is never reused, because scripts contain it. `source` cites the publication of the values.
+    `rate` is the update rate in Hz for which the values hold; 0 leaves the sensor's rate as it is.
     """
 
     identifier: str
     label: str
     values: Mapping[str, Any]
     source: str
+    rate: float = 0.0
 
 
 def parts_with(**common: Any) -> Callable[..., Preset]:
     """Return a function of an identifier, a label, a source and values that makes a preset.
 
-    The preset also has the `common` values that it does not replace. So all presets of a kind set
-    the same parameters, and none keeps values of a preset chosen before.
+    It also takes the `rate` of the preset. The preset also has the `common` values that it does not
+    replace. So all presets of a kind set the same parameters, and none keeps values of a preset
+    chosen before.
     """
 
-    def part(identifier: str, label: str, source: str, **values: Any) -> Preset:
-        return Preset(identifier, label, {**common, **values}, source)
+    def part(identifier: str, label: str, source: str, rate: float = 0.0, **values: Any) -> Preset:
+        return Preset(identifier, label, {**common, **values}, source, rate)
 
     return part
 
@@ -149,6 +152,10 @@ class Kind:
     signal_rate
         The update rate in Hz that suffices for the signal of a moving body, for models whose signal
         builds up between updates; a lower rate is warned of. 0: any rate suffices.
+    integrates
+        The name of the parameter with the time in s before each update over which the sensor
+        integrates. A run also evaluates the scene at the steps in that time. Empty: only at
+        updates.
     in_room
         Whether the sensor observes the room that it is mounted in. A sensor that is part of a door
         or of furniture does not.
@@ -182,6 +189,7 @@ class Kind:
     model: Callable[[], Any]
     needs: Mapping[str, UsedWhen] = field(default_factory=dict)
     signal_rate: float = 0.0
+    integrates: str = ""
     in_room: bool = False
     presets: tuple[Preset, ...] = ()
     part: str = ""

@@ -245,6 +245,30 @@ def radiosity(seen: Emission) -> Array:
     return result
 
 
+# m²·K/W: 1 clo, and the insulation of the air at a clothed body in a still room, 1 / (4.5 + 3.3),
+# by radiation and convection of a seated person (de Dear et al. 1997, cited from memory).
+CLO = 0.155
+STILL_AIR = 1.0 / 7.8
+
+
+def insulated_share(clo: float) -> float:
+    """Return the share by which the surface of an insulation follows the room, 0 to 1.
+
+    The heat that leaves the skin passes the insulation I and the air I_air in series. So the
+    surface is at T_skin + s·(T_room − T_skin), with s = I / (I + I_air). For 1 clo s is 0.55.
+
+    Parameters
+    ----------
+    clo
+        The insulation of clothing, fur or hair, in clo; 0 for bare skin.
+
+    References
+    ----------
+    ISO 7730, equation of the temperature of clothing; ISO 9920 for the insulation of garments.
+    """
+    return clo * CLO / (clo * CLO + STILL_AIR)
+
+
 # Photometric quantities from radiometric ones: luminance, illuminance, 8-bit counts.
 
 # Luminance of linear RGB with the primaries of Rec. 709 (ITU-R BT.709-6, table 1).

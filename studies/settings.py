@@ -183,7 +183,8 @@ def settings_of(
 def _values_of(kind: Kind, parameter: str, value: Value) -> dict[str, Any]:
     """Return the parameters, with their values, that one key sets; a preset sets several."""
     if parameter == PRESET:
-        return dict(next(p.values for p in kind.presets if p.identifier == value))
+        preset = next(p for p in kind.presets if p.identifier == value)
+        return {**preset.values, **({"update_rate": preset.rate} if preset.rate else {})}
     if parameter in specs(kind.parameters) and _is_number(value):
         default = defaults(kind.parameters)[parameter]
         return {parameter: type(default)(value)}

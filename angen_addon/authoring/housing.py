@@ -21,6 +21,8 @@ from typing import Any
 import bpy
 from mathutils import Matrix, Vector
 
+from ..scene.marks import HOUSING_MARK
+
 Point = tuple[float, float, float]
 # The faces of a box, which look outwards. Its corners are in the order of `Housing.box`.
 BOX_FACES = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
@@ -144,6 +146,16 @@ def pad(side: float, thickness: float, length: float = 0.0) -> Housing:
 def marker() -> Housing:
     """Return the housing of parts of unknown size: a cube of 30 mm behind the origin."""
     return looking(Housing().box((-0.015, -0.015, 0.0), (0.015, 0.015, 0.03)))
+
+
+def housing_mesh(housing: Housing, label: str, unit_scale: float) -> bpy.types.Mesh:
+    """Return a new mesh of a housing, which other sensors see through.
+
+    `label` is that of the kind, and `unit_scale` the metres in a Blender unit.
+    """
+    mesh = mesh_of(housing, f"{label.partition(' (')[0]} housing", unit_scale)
+    mesh[HOUSING_MARK] = True
+    return mesh
 
 
 def mesh_of(housing: Housing, name: str, unit_scale: float) -> bpy.types.Mesh:

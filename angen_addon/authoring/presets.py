@@ -13,7 +13,7 @@ from ...sensor_logic.error import AngenError
 from ...sensor_logic.kind import Kind, Preset
 from ...sensor_logic.kinds import KINDS
 from ..scene.sensors import unit_scale
-from .housing import mesh_of
+from .housing import housing_mesh
 from .of_kind import housing_of
 
 # Relative tolerance of values, since Blender stores single precision.
@@ -34,16 +34,20 @@ def find_preset(kind: Kind, identifier: str) -> Preset:
 
 
 def apply(obj: Any, preset: Preset) -> None:
-    """Set the parameters of a sensor for which the preset has values; leave the others."""
+    """Set the parameters, and the rate, for which the preset has values; leave the others."""
     group = getattr(obj.angen_sensor, KINDS[obj.angen_sensor.kind].attribute)
     for name, value in preset.values.items():
         setattr(group, name, value)
+    if preset.rate:
+        obj.angen_sensor.update_rate = preset.rate
     obj.angen_sensor.preset = preset.identifier
 
 
 def is_applied(obj: Any, preset: Preset) -> bool:
-    """Return whether the parameters of a sensor have the values of the preset."""
+    """Return whether the parameters and the rate of a sensor have the values of the preset."""
     group = getattr(obj.angen_sensor, KINDS[obj.angen_sensor.kind].attribute)
+    if preset.rate and not _same(obj.angen_sensor.update_rate, preset.rate):
+        return False
     return all(_same(getattr(group, name), value) for name, value in preset.values.items())
 
 
@@ -98,7 +102,7 @@ def new_sensor(context: Context, kind: str, preset: Preset | None, name: str = "
     """
     label = KINDS[kind].label.partition(" (")[0]
     housing = housing_of(kind, preset.identifier if preset else "")
-    mesh = mesh_of(housing, f"{label} housing", unit_scale(context.scene))
+    mesh = housing_mesh(housing, label, unit_scale(context.scene))
     sensor = bpy.data.objects.new(name or label, mesh)
     sensor.angen_sensor.kind = kind
     if preset is not None:

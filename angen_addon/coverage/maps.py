@@ -107,7 +107,7 @@ class Views:
         self, uid: Uid, bundle: int, origins: Array, directions: Array, reach: Array
     ) -> Array:
         home, metres = self._home, self._home.metres
-        rows = np.flatnonzero(~home.caster.solids.owned_by(uid))
+        rows = np.flatnonzero(~home.caster.solids.passed_by(uid))
         rays = origins / metres, directions, reach / metres
         ranges = home.caster.first_met(home.depsgraph, rows, *rays)[0]
         return np.minimum(ranges * metres, reach)

@@ -230,7 +230,9 @@ def pattern(sensor: Sensor | None, identifier: str) -> tuple[Kind, Any, float]:
         rate = decimal(sensor.settings.update_rate)
         return sensor.kind, read_parameters(sensor, sensor.settings), rate
     kind, preset = preset_of(identifier)
-    return kind, kind.parameters(**(preset.values if preset else {})), kind.update_rate
+    if preset is None:
+        return kind, kind.parameters(), kind.update_rate
+    return kind, kind.parameters(**preset.values), preset.rate or kind.update_rate
 
 
 def preset_of(identifier: str) -> tuple[Kind, Preset | None]:

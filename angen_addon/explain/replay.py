@@ -171,9 +171,24 @@ class Replay:
         A swept sensor computes what crosses its beam between two frames. Do nothing for other
         sensors.
         """
-        if not self.runner.watches:
-            return
-        for step in range(self.step_of(first) + 1, self.step_of(last)):
+        if self.runner.watches:
+            self._watch(range(self.step_of(first) + 1, self.step_of(last)))
+
+    def sense_before(self, index: int) -> None:
+        """Run a sensor that integrates at the steps in the integration time before update `index`.
+
+        Leave out steps before a gap in the track.
+        """
+        last, first = self.step_of(index), index
+        while (before := self.index_of(self.update_number(first) - 1, first)) is not None:
+            first = before
+            if not self.runner.is_integrated(self.step_of(first), last):
+                break
+        steps = range(self.step_of(first), last)
+        self._watch(step for step in steps if self.runner.is_integrated(step, last))
+
+    def _watch(self, steps: Iterable[int]) -> None:
+        for step in steps:
             depsgraph = self.evaluate_step(step)
             self.probes.look(depsgraph, None)
             self.runner.watch(step, depsgraph, self.probes)
@@ -191,7 +206,7 @@ class Replay:
         for solid in solids.solids:
             box = np.stack([solids.lo[solid.row], solids.hi[solid.row]]) * self.metres
             if not np.isfinite(box).all() or (
-                not include_sensor and self.sensor.uid in solid.owners
+                not include_sensor and solid.is_passed_by(self.sensor.uid)
             ):
                 continue
             known = found.get(solid.name, box)
@@ -267,6 +282,9 @@ class Recalled(Replay):
 
     def take_with_motion(self, index: int) -> PendingUpdates | None:
         return self.take_update(index)
+
+    def sense_before(self, index: int) -> None:
+        """Do nothing, because the trace has the speeds."""
 
     def sense_between(self, first: int, last: int) -> None:
         if self.runner.watches:

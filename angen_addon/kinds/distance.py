@@ -198,6 +198,7 @@ def _hc_sr04() -> Housing:
 
 HOUSINGS = {
     "": lambda: _chip(0.0049, 0.0025, 0.00156),
+    "VL53L0X": lambda: _chip(0.0044, 0.0024, 0.001),
     "VL53L5CX": lambda: _chip(0.0064, 0.003, 0.0015),
     "HC_SR04": _hc_sr04,
 }

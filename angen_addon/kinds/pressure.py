@@ -309,6 +309,8 @@ SECTIONS = (
             "force_max",
             "unloaded_resistance",
             "area",
+            "overall_area",
+            "rim_force",
             "hysteresis",
             "drift",
             "part_spread",

@@ -16,7 +16,7 @@ from ...sensor_logic.kinds import NO_KIND
 from ...sensor_logic.layout.entries import Layout, LayoutEntry, read_layout
 from ...sensor_logic.parameters import former_text
 from ...sensor_logic.wording import named
-from ..authoring.housing import Housing, mesh_of
+from ..authoring.housing import Housing, housing_mesh
 from ..authoring.of_kind import housing_of
 from ..runtime.time_base import evaluated_depsgraph
 from ..scene.instances import chain, is_sensor
@@ -134,8 +134,7 @@ def _object_of(plan: SensorChange, rollback: _Rollback) -> Any:
         return plan.sensor.object
     metres = unit_scale(bpy.context.scene)
     housing = _housing(plan)
-    label = plan.kind.label.partition(" (")[0]
-    mesh = mesh_of(housing, f"{label} housing", metres) if housing else None
+    mesh = housing_mesh(housing, plan.kind.label, metres) if housing else None
     obj = bpy.data.objects.new(plan.entry.name, mesh)
     if mesh is None:
         obj.empty_display_size = EMPTY_SIZE_M / metres

@@ -331,9 +331,13 @@ class Planner:
         entry, kind = change.entry, change.kind
         if listed.get("kind", NO_KIND) != kind.identifier:
             change.settings["kind"] = kind.identifier
+        preset = next((p for p in kind.presets if p.identifier == entry.values.get("preset")), None)
+        given = entry.values
+        if preset is not None and preset.rate:
+            given = {"update_rate": preset.rate, **given}
         for name in COMMON:
-            if name in entry.values and not _is_same(entry.values[name], listed.get(name)):
-                change.settings[name] = entry.values[name]
+            if name in given and not _is_same(given[name], listed.get(name)):
+                change.settings[name] = given[name]
         wanted = entry.settings(kind)
         for name, value in wanted.items():
             if name not in listed["parameters"] or not _is_same(value, listed["parameters"][name]):

@@ -96,7 +96,7 @@ class Live:
         self._sensors_moved = self._probes.caster.solids.has_noted(self._objects)
         if self._sensors_moved:
             self._probes.note_edits()
-        watching = [s for s in self._runners if s.watches]
+        watching = [s for s in self._runners if s.senses_between and s.is_watched(step)]
         if due or watching or frame is not None:
             self._probes.look(depsgraph, frame, pads)
         self._sensed_frame = scene.frame_current
@@ -283,9 +283,9 @@ class Live:
     def _watch(
         self, watching: list[SensorRunner], due: list[SensorRunner], step: int, depsgraph: Any
     ) -> None:
-        """Let the swept optical switches `watching` sense between their updates.
+        """Let the sensors `watching` sense between their updates, as swept optical switches do.
 
-        Switches in `due` are left out, since they make an update at this step.
+        Sensors in `due` are left out, since they make an update at this step.
         """
         for runner in watching:
             # The next update reports the error.

@@ -18,6 +18,7 @@ from ..scene.light.cycles import CyclesLight, Steps, request_key
 from ..scene.light.probe import LightRequest, measuring
 from ..scene.rays.caster import RayCaster, Rays
 from ..scene.rays.frames import FrameCopies
+from ..scene.rays.places import PlaceReader
 from ..scene.rays.reference import SceneRayCaster
 from ..scene.rays.sweep import Sweeper
 from ..scene.sensors import Sensor, unit_scale
@@ -50,6 +51,8 @@ class Probes:
         The probes for the properties of the surfaces that rays hit, by the names of the queries.
     sweeper
         Computes what crosses a beam between two steps.
+    places
+        Reads the places of solids (objects that rays can hit) at stored frames.
     names
         The names of solids (objects that rays can hit) by their numbers. It also has removed
         solids.
@@ -65,6 +68,7 @@ class Probes:
         self._exact = used if isinstance(used, RayCaster) else RayCaster(used.solids)
         self.surfaces = {need: probe(self._exact) for need, probe in SURFACES.items()}
         self.sweeper = Sweeper(self.caster)
+        self.places = PlaceReader(self._exact)
         self._solids = self.caster.solids
         self._contacts = ContactTracker(self._solids)
         self._pads: list[Pad] = []

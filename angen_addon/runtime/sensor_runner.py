@@ -35,6 +35,7 @@ from ...sensor_logic.model import (
 )
 from ...sensor_logic.noise import generator
 from ...sensor_logic.parameters import specs
+from ...sensor_logic.radio.echoes import ECHOES
 from ..scene.animation import is_animated, is_static
 from ..scene.forces.frame_state import gravity_of
 from ..scene.instances import Uid, shown_in, within
@@ -54,7 +55,7 @@ from ..scene.sensors import (
 )
 from ..scene.surfaces import SURFACES
 from .probes import Probes
-from .trace import CAST, Query, RaysMet, Read, Swept, Trace
+from .trace import CAST, PlacedStep, Query, RaysMet, Read, Swept, Trace
 
 # Answers to models' queries. In all of them, `which` (k,) has the indices of the updates that a
 # query is about; None means all. A new property of surfaces needs a probe in `scene/surfaces/`, any
@@ -95,6 +96,34 @@ def answer_surfaces(
     known = query.sensor.uid, query.bundle(bundle)
     in_units = query.read.rays_in_units(origins, directions, length)
     return query.probes.surfaces[need].see(query.depsgraph, *known, in_units, frames, *details)
+
+
+def answer_echoes(
+    query: Query,
+    bundle: int,
+    origins: Array,
+    directions: Array,
+    length: Array,
+    frequency: float,
+    integration_time: float,
+    which: Index | None = None,
+) -> Answers:
+    """Return the `Echoes` of rays, with speeds over the integration time in s before each update.
+
+    `frequency` is in GHz. The other parameters are as for `answer_ranges`.
+    """
+    clock, steps = query.clock, np.array(query.steps, np.intp)
+    known = np.array([one.step for one in query.past], np.intp)
+    within = clock.steps_within(integration_time)
+    pasts = []
+    for step in (steps if which is None else steps[which]).tolist():
+        first, end = np.searchsorted(known, (step - within, step + 1)).tolist()
+        # At least the step before, where the playhead has skipped frames.
+        past = query.past[max(min(first, end - 2), 0) : end]
+        pasts.append([(clock.step_time(one.step), one.places) for one in past])
+    rays = origins, directions, length
+    details = frequency, integration_time, pasts
+    return answer_surfaces(ECHOES, query, bundle, *rays, *details, which=which)
 
 
 def answer_poses(query: Query, name: str, which: Index | None = None) -> Answers:
@@ -172,6 +201,7 @@ ANSWERS: dict[str, Callable[..., Answers]] = {
     LIGHT: answer_light,
     POSES: answer_poses,
     **{need: partial(answer_surfaces, need) for need in SURFACES},
+    ECHOES: answer_echoes,
 }
 
 
@@ -281,7 +311,7 @@ class SensorSteps:
         later one.
     due
         Whether the sensor publishes at each step (n,). A swept optical switch also senses at the
-        steps between its updates.
+        steps between its updates, and a radar at those within its integration time.
     """
 
     steps: Index
@@ -296,8 +326,8 @@ class SensorSteps:
         """
         return cls(np.array([step]), np.array([number]), np.array([due]))
 
-    def part(self, which: slice) -> SensorSteps:
-        """Return the steps that the slice `which` selects."""
+    def part(self, which: slice | NDArray[np.bool_]) -> SensorSteps:
+        """Return the steps that the slice or mask `which` selects."""
         return SensorSteps(self.steps[which], self.numbers[which], self.due[which])
 
     def between(self, first: int, last: int) -> SensorSteps:
@@ -366,6 +396,7 @@ class SensorRunner:
         self.uid: Uid = sensor.uid
         self.schedule = Schedule(clock, decimal(sensor.settings.update_rate))
         self.watches = self._watches()
+        self._steps_before = self._integrated_steps()
         self.trace = Trace(sensor)
         self._edits = self._changes = 0
         self._steady: bool | None = None
@@ -394,6 +425,32 @@ class SensorRunner:
             or is_animated(self.sensor.object, f"angen_sensor.{kind.attribute}.{name}")
             for name, value in choices
         )
+
+    def _integrated_steps(self) -> int:
+        """Return the number of steps before each update over which the sensor integrates."""
+        kind, name = self.sensor.kind, self.sensor.kind.integrates
+        if not name:
+            return 0
+        seconds = getattr(self.sensor.parameters, name)
+        if is_animated(self.sensor.object, f"angen_sensor.{kind.attribute}.{name}"):
+            seconds = specs(kind.parameters)[name].maximum
+        return self.clock.steps_within(seconds)
+
+    @property
+    def senses_between(self) -> bool:
+        """Whether the sensor may also sense at steps between its updates."""
+        return self.watches or self._steps_before > 0
+
+    def is_integrated(self, step: int, update: int) -> bool:
+        """Return whether the sensor integrates over a step, at the update at the step `update`."""
+        return update - step <= self._steps_before
+
+    def is_watched(self, steps: Any) -> Any:
+        """Return whether the sensor also senses at steps (n,) if it publishes at none of them."""
+        spacing = self.schedule.steps_per_update
+        number = steps * spacing.denominator // spacing.numerator + 1
+        ahead = -(-number * spacing.numerator // spacing.denominator) - steps
+        return self.watches | (ahead <= self._steps_before)
 
     def reset(self) -> None:
         """Forget earlier updates; call this method after a jump of the playhead, for example."""
@@ -477,14 +534,43 @@ class SensorRunner:
             read, part = reads[begin], slice(begin, end)
             if read is None:
                 self.reset()
-            else:
-                yield self._pending(read, steps.part(part), frames[part], depsgraph, probes)
+                continue
+            now, at = steps.part(part), frames[part]
+            past: list[PlacedStep] = []
+            if self.sensor.kind.integrates:
+                past = self._add_places(now, at, read, probes)
+                now, at = now.part(now.due), at[now.due]
+            if len(now.steps):
+                yield self._pending(read, now, at, depsgraph, probes, past)
+
+    def _add_places(
+        self, steps: SensorSteps, frames: Index, read: Read, probes: Probes
+    ) -> list[PlacedStep]:
+        """Note the places of all solids at steps (n,), and return all steps noted so far.
+
+        `frames` (n,) has the index of each step's frame. Steps before the integration time of the
+        next update are kept no longer.
+        """
+        first, last = int(steps.steps[0]), int(steps.steps[-1])
+        past = [one for one in self.trace.past if one.step < first]
+        places = map(probes.places.at, frames.tolist())
+        past += map(PlacedStep, steps.steps.tolist(), places)
+        seconds = getattr(read.parameters, self.sensor.kind.integrates)
+        oldest = last - self.clock.steps_within(seconds)
+        self.trace.past = [one for one in past if one.step >= oldest]
+        return past
 
     def _pending(
-        self, read: Read, steps: SensorSteps, frames: Index, depsgraph: Any, probes: Probes
+        self,
+        read: Read,
+        steps: SensorSteps,
+        frames: Index,
+        depsgraph: Any,
+        probes: Probes,
+        past: Sequence[PlacedStep] = (),
     ) -> PendingUpdates:
         when = self.clock, read, steps.steps.tolist(), frames
-        query = Query(self.sensor, *when, depsgraph, probes, self.trace)
+        query = Query(self.sensor, *when, depsgraph, probes, self.trace, past)
         if self.sensor.kind.requires_light:
             query.request = light_request(
                 self.sensor, read.parameters, read.pose, read.metres, self.steady

@@ -74,8 +74,9 @@ class Agenda:
     """The steps of a run from `first` to `last` at which the scene is evaluated.
 
     These are all steps with an update of a sensor. A swept optical switch adds all steps between
-    its updates. A pad adds the frames before and after each of its updates. A scene with physics
-    adds every frame from the start of its physics.
+    its updates, and a radar those in the integration time before each update. A pad adds the frames
+    before and after each of its updates. A scene with physics adds every frame from the start of
+    its physics.
     """
 
     def __init__(
@@ -176,11 +177,14 @@ class Agenda:
         first, last = max(first, self._first), min(last, self._last)
         numbers, steps = schedule.between(first, last)
         due = np.ones(len(steps), bool)
-        if runner.watches:
+        if runner.senses_between:
             start = schedule.step(max(schedule.last_update(self._first - 1) + 1, 0))
             end = schedule.step(schedule.last_update(self._last))
             watched = np.arange(max(first, start), min(last, end) + 1)
             due = np.isin(watched, steps)
+            # A swept switch watches all of them.
+            kept = due | runner.is_watched(watched)
+            watched, due = watched[kept], due[kept]
             spacing = schedule.steps_per_update
             numbers = watched * spacing.denominator // spacing.numerator + ~due
             steps = watched

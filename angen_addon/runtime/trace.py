@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any, NamedTuple
@@ -21,6 +21,7 @@ from ...sensor_logic.kind import RAYS
 from ...sensor_logic.model import FIRST, Answers, Array, Ask, Index, LightSample, Pose, Updates
 from ..scene.light.probe import LightRequest
 from ..scene.rays.caster import Rays
+from ..scene.rays.places import SolidPlaces
 from ..scene.rays.sweep import SolidsAtStep, SweptRays
 from ..scene.sensors import Sensor
 from ..scene.surfaces import SURFACES
@@ -96,6 +97,9 @@ class Query:
         The evaluated scene, and the probes that read it.
     trace
         The trace that records the queries.
+    past
+        For a sensor that integrates, the steps at which it has sensed so far, in order, with the
+        places of all solids. The last of `steps` is among them.
     request
         The request of a light sensor to the light probe; None for other kinds.
     light
@@ -110,6 +114,7 @@ class Query:
     depsgraph: Any
     probes: Probes
     trace: Trace
+    past: Sequence[PlacedStep] = ()
     request: LightRequest | None = None
     light: LightSample | None = None
 
@@ -119,6 +124,13 @@ class Query:
         Variants of one sensor cast different rays, so each variant has its own numbers.
         """
         return number + BUNDLES * self.sensor.variant
+
+
+class PlacedStep(NamedTuple):
+    """A step, and the places of all solids (objects that rays can hit) at it."""
+
+    step: int
+    places: SolidPlaces
 
 
 @dataclass(frozen=True)
@@ -256,6 +268,8 @@ class Trace:
         A number that grows whenever a bundle, the parameters or the pose change.
     swept
         The last sweep of the sensor's beam; None before the first one.
+    past
+        For a sensor that integrates, the last steps at which it has sensed, in order.
     keeps
         Whether the trace also keeps the queries and answers of at least the last KEPT updates.
     """
@@ -280,6 +294,7 @@ class Trace:
         self.parameters: Any = None
         self.pose: Any = None
         self.swept: Swept | None = None
+        self.past: list[PlacedStep] = []
         self._sensed: dict[int, Array] = {}
 
     def record(self, query: Query, updates: Updates) -> Updates:

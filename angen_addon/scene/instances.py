@@ -8,16 +8,20 @@ first, then the uids of its holders from the innermost outwards.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator
 from typing import Any
 
 from mathutils import Matrix
 
 from ...sensor_logic.kinds import NO_KIND
+from .marks import HOUSING_MARK
 
 # The identifier of a sensor in this session: the session uid of its object, or its path.
 Uid = int | tuple[int, ...]
 Holders = tuple[Any, ...]
+# Names of housings' meshes in files of before HOUSING_MARK, such as "Motion detector housing".
+UNMARKED_HOUSING = re.compile(r" housing(\.\d+)?$")
 # Blender marks the unused levels of `persistent_id` with the largest integer.
 UNUSED_LEVEL = 2**31 - 1
 
@@ -178,6 +182,30 @@ def housed_by(obj: Any) -> Any:
     if owner is None or owner.type not in {"EMPTY", "MESH"}:
         return None
     return owner if owner.type == "EMPTY" or not owner.data.polygons else None
+
+
+def is_housing(obj: Any) -> bool:
+    """Return whether an object is a housing that all sensors see through.
+
+    It is a sensor with the mesh that Add Sensor made, or a child of a sensor without faces. Another
+    mesh that is a sensor, such as a door, is none; nor is one whose sensor has a solid housing.
+    """
+    if is_sensor(obj):
+        return not obj.angen_sensor.housing_solid and obj.type == "MESH" and _is_made(obj.data)
+    sensor = housed_by(obj)
+    return sensor is not None and not sensor.angen_sensor.housing_solid
+
+
+def has_housing(sensor: Any) -> bool:
+    """Return whether an object that is a sensor has a housing, solid or not."""
+    return (sensor.type == "MESH" and _is_made(sensor.data)) or any(
+        part.type == "MESH" and housed_by(part) == sensor for part in sensor.children_recursive
+    )
+
+
+def _is_made(mesh: Any) -> bool:
+    """Return whether the extension has made a mesh as a housing."""
+    return HOUSING_MARK in mesh or UNMARKED_HOUSING.search(mesh.name) is not None
 
 
 def stands_for(obj: Any) -> Any:

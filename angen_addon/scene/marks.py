@@ -6,5 +6,7 @@
 COVERAGE_MARK = "angen_coverage"
 # On the curves that Check Places draws for ways, which no sensor sees.
 WAY_MARK = "angen_way"
+# On the meshes of sensors' housings that the extension made, which other sensors see through.
+HOUSING_MARK = "angen_housing"
 # On datablocks that were made for light scenes.
 LIGHT_MARK = "angen_light_made"

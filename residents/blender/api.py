@@ -22,13 +22,21 @@ from ...sensor_logic.error import AngenError, InputError, explained
 from ...sensor_logic.log import parse_date
 from ...sensor_logic.wording import hint
 from ..acting.places import Place
+from ..acting.timeline import LYING, SITTING, STANDING
 from ..body.skeleton import Sort
 from ..days.rows import Day
 from ..routine.routine import time_of_day
 from .marks import LABELS
 from .places import read_places
 from .run import Household, Plan, run_days
-from .settings import add_resident
+from .settings import (
+    add_resident,
+    build_of,
+    is_resident,
+    posed,
+    residents_in,
+    show_pose,
+)
 
 
 def household_of(sensors: Sequence[Sensor], plan: Plan, start: date | str, seed: int) -> Household:
@@ -156,6 +164,51 @@ class Home(home.Home):
         if name:
             rig.name = name
         return str(rig.name)
+
+    def pose(
+        self,
+        resident: str,
+        posture: str,
+        at: Sequence[float],
+        yaw: float = 0.0,
+        floor: float = 0.0,
+        side: int = 0,
+    ) -> None:
+        """Put a resident into a posture at a point, without keyframes.
+
+        Parameters
+        ----------
+        resident
+            The name of the resident's object.
+        posture
+            standing, sitting or lying.
+        at
+            The point (x, y, z) in metres: on the floor, on the seat, or on what bears a lying
+            person.
+        yaw
+            Where the resident looks, or where the head of a lying one points, in rad; 0 is +x.
+        floor
+            The height of the floor in metres, for the feet of a sitting person.
+        side
+            Whether a person lies on the back (0), the left (1) or the right side (−1).
+
+        Raises
+        ------
+        AngenError
+            If an argument is invalid.
+        """
+        self.all_sensors()
+        rig = bpy.data.objects.get(resident)
+        if rig is None or not is_resident(rig):
+            names = [one.name for one in residents_in(bpy.context.scene)]
+            raise AngenError(f"no resident is called '{resident}': {hint(resident, names)}")
+        if posture not in (STANDING, SITTING, LYING):
+            raise AngenError(f"posture '{posture}' is unknown: choose standing, sitting or lying")
+        values = np.array([*at, yaw, floor], float)
+        if values.shape != (5,) or not np.isfinite(values).all():
+            raise AngenError(f"at={at!r}, yaw={yaw!r}, floor={floor!r} is no place of a resident")
+        show_pose(rig, posed(build_of(rig), posture, at, yaw, floor, side))
+        bpy.context.view_layer.update()
 
     def mark(self, object: str, use: str, **settings: Any) -> None:
         """Mark the object of this name with what residents do there, such as SIT, LIE or DOOR.

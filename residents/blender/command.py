@@ -152,6 +152,11 @@ def _add_day(verbs: Any, every: argparse.ArgumentParser) -> None:
         metavar="NAME",
         help=f"also write a log for another tool into DIR; can be repeated: {', '.join(tools)}",
     )
+    verb.add_argument(
+        "--samples",
+        action="store_true",
+        help="also keep all updates, with the frames of arrays: DIR/samples/SENSOR/DATE.csv.gz",
+    )
     add_choice(verb)
     verb.add_argument(
         "--jobs",
@@ -197,12 +202,13 @@ def _run(options: argparse.Namespace, sensors: list[Sensor]) -> bool:
     household = Household(scene, chosen_sensors, plan, options.start, options.seed)
     if options.worker:
         # This never returns: the process that started this one ends it, and writes the tables.
-        folder = Folder(options.out, household, options.format)
+        folder = Folder(options.out, household, options.format, options.samples)
         _make(household, folder, days_of_worker(), lambda *_: None, is_worker=True)
     # Act the first day now: errors come before anything is written.
     household.acted(0)
     _note_new(household)
-    return _all(household, Folder(options.out, household, options.format), options)
+    folder = Folder(options.out, household, options.format, options.samples)
+    return _all(household, folder, options)
 
 
 def _all(household: Household, folder: Folder, options: argparse.Namespace) -> bool:

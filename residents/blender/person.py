@@ -20,6 +20,7 @@ from ..body.solve import skeleton_of
 Colours = dict[str, tuple[float, float, float, float]]
 _PERSON: Colours = {
     "skin": (0.62, 0.36, 0.25, 0.5),
+    "hand": (0.62, 0.36, 0.25, 0.5),
     "hair": (0.055, 0.030, 0.016, 0.6),
     "shirt": (0.055, 0.16, 0.26, 0.85),
     "trousers": (0.060, 0.062, 0.075, 0.9),
@@ -33,6 +34,7 @@ COLOURS: dict[Sort, Colours] = {
     Sort.OLDER_ADULT: _PERSON
     | {
         "skin": (0.60, 0.38, 0.29, 0.55),
+        "hand": (0.60, 0.38, 0.29, 0.55),
         "hair": (0.55, 0.54, 0.52, 0.6),
         "shirt": (0.30, 0.10, 0.11, 0.9),
         "trousers": (0.18, 0.15, 0.12, 0.9),

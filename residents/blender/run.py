@@ -28,7 +28,7 @@ from ...sensor_logic.error import InputError, explained
 from ...sensor_logic.files import read_text
 from ...sensor_logic.log import Event
 from ...sensor_logic.model import Array
-from ...sensor_logic.recording.tracks import Recording
+from ...sensor_logic.recording.tracks import Recording, Track
 from ...sensor_logic.wording import uncapitalized
 from ..acting import Ground, acting
 from ..acting.places import Places
@@ -117,7 +117,7 @@ class DayRun:
     """The simulation of one day, or of a part of the day.
 
     After `progress` has run, `events` are the events of the day. `recording` has the readings, in
-    frames of the day.
+    frames of the day. `midnight` is the start of the day, in s of the recording.
 
     Parameters
     ----------
@@ -148,9 +148,9 @@ class DayRun:
     ) -> None:
         self._scene, self._sensors, self._keys, self._acted = scene, sensors, keys, acted
         self._clock = clock_of_day(number)
-        self._midnight = LEAD_S + number * DAY_S
+        self.midnight = LEAD_S + number * DAY_S
         self.recording = Recording()
-        what = self.recording, acted, residents, self._midnight
+        what = self.recording, acted, residents, self.midnight
         self._causes = Causes(scene, sensors, *what, causes)
         rates = [decimal(sensor.settings.update_rate) for sensor in sensors]
         self._before = max([TILTS_BACK / float(exact(rate)) for rate in rates] + [AFTER_S])
@@ -178,7 +178,7 @@ class DayRun:
                 self._causes.note if self._causes.wanted else None,
             )
             self._causes.explain_left()
-        self.events = attribute_events(_events(self._causes.events, self._midnight))
+        self.events = attribute_events(_events(self._causes.events, self.midnight))
 
     def _shown(self, start: float, end: float) -> Callable[[], None]:
         def exchange() -> None:
@@ -332,6 +332,9 @@ class Household:
             _check_placed(obj)
         # Whether events get their person and cause.
         self.causes = True
+        # Called at the end of a whole day with its date, its readings, and its midnight in their
+        # time (s).
+        self.keep_samples: Callable[[date, Mapping[str, Track], float], object] | None = None
         if read:
             finished(self.read_in_steps())
 
@@ -419,6 +422,8 @@ class Household:
         on = self.date_of(number)
         with Daylight(self.scene, sensors, on), self._seeded():
             yield from day.progress()
+        if self.keep_samples is not None and between is None:
+            self.keep_samples(on, day.recording.tracks, day.midnight)
         where = people(acted, self._room_at, self.places.room_of)
         done = activities(acted, self.places.room_of, where)
         return Day(on, day.events, tuple(done), tuple(where))

@@ -4,20 +4,24 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import bpy
 import numpy as np
 from bpy.props import EnumProperty, FloatProperty, PointerProperty
 from bpy.types import Object, PropertyGroup
-from mathutils import Matrix, Vector
+from mathutils import Euler, Matrix, Vector
 
 from ...angen_addon.advice.warmth import USUAL, warm
 from ...angen_addon.authoring.presets import select_only
 from ...angen_addon.scene.sensors import unit_scale
+from ..acting.timeline import SITTING, STANDING
 from ..body import gait as walker
 from ..body.gait import Stance
-from ..body.moves import standing
+from ..body.moves import lying, sitting, standing
+from ..body.pose import BodyPose
+from ..body.poses import seat_distance
 from ..body.skeleton import BUILDS, SKELETON_STATURE, Build, Sort
 from ..body.solve import channels
 from .person import LABELS, add_person, body_of
@@ -198,21 +202,61 @@ def add_resident(context: Any, sort: Sort, at: Vector, yaw: float, with_frame: b
 
 def stand_up(rig: Any) -> None:
     """Pose a resident's bones as standing, with a walking frame in front if there is one."""
-    metres = unit_scale(bpy.context.scene)
-    place, yaw = rig.location * metres, rig.rotation_euler.z
+    place, yaw = rig.location, rig.rotation_euler.z
     if is_placed_by_others(rig):
-        place, yaw = rig.matrix_world.translation * metres, rig.matrix_world.to_euler().z
-    build = build_of(rig)
-    pose = standing(Stance.at(place.x, place.y, yaw, build), place.z, build)
+        place, yaw = rig.matrix_world.translation, rig.matrix_world.to_euler().z
+    place = place * unit_scale(bpy.context.scene)
+    show_pose(rig, posed(build_of(rig), STANDING, place, yaw, place.z))
+
+
+def posed(
+    build: Build, posture: str, at: Sequence[float], yaw: float, floor: float = 0.0, side: int = 0
+) -> BodyPose:
+    """Return one pose (n = 1) of a posture at a point (m).
+
+    Parameters
+    ----------
+    build
+        The build of the resident.
+    posture
+        "standing" at the point, "sitting" on it, or "lying" with the hips over it.
+    at
+        The point (x, y, z): on the floor, on a seat, or on what bears a lying person.
+    yaw
+        Where the resident looks, or where the head of a lying one points, in rad; 0 is +x.
+    floor
+        The height of the floor, for the feet of a sitting person.
+    side
+        Whether a person lies on the back (0), the left (1) or the right side (−1).
+    """
+    x, y, z = at
+    if posture == STANDING:
+        return standing(Stance.at(x, y, yaw, build), z, build)
+    ahead = seat_distance(build)
+    before = Stance.at(x + ahead * math.cos(yaw), y + ahead * math.sin(yaw), yaw, build)
+    stand = standing(before, floor, build)
+    point = np.array(at, float)
+    return sitting(stand, point) if posture == SITTING else lying(stand, point, yaw, side)
+
+
+def show_pose(rig: Any, pose: BodyPose) -> None:
+    """Move a resident's armature and walking frame to one pose (n = 1), without keyframes."""
+    metres = unit_scale(bpy.context.scene)
     rest = {bone.name: np.array(bone.matrix_local.to_quaternion()) for bone in rig.data.bones}
-    for path, index, values in channels(pose, rest):
-        if path.startswith("pose.bones"):
-            bone, _, name = path.rpartition(".")
-            getattr(rig.path_resolve(bone), name)[index] = float(values[0])
+    found = list(channels(pose, rest))
+    if is_placed_by_others(rig):
+        place = [float(values[0]) / metres for path, _, values in found if path == "location"]
+        turn, size = Euler((0.0, 0.0, float(pose.heading[0]))), [pose.build.scale / metres] * 3
+        rig.matrix_world = Matrix.LocRotScale(Vector(place), turn, Vector(size))
+        found = [one for one in found if one[0].startswith("pose.bones")]
+    for path, index, values in found:
+        owner, _, name = path.rpartition(".")
+        value = float(values[0]) / (metres if path == "location" else 1.0)
+        getattr(rig.path_resolve(owner) if owner else rig, name)[index] = value
     frame = rig.angen_resident.walking_frame
     if frame is not None:
         frame.location = Vector(pose.walker[0, :3].tolist()) / metres
-        frame.rotation_euler = (0.0, 0.0, yaw)
+        frame.rotation_euler = (0.0, 0.0, float(pose.walker[0, 3]))
 
 
 def add_walking_frame(rig: Any) -> Any:

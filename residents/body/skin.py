@@ -341,7 +341,7 @@ def _shoes_and_hands() -> list[Part]:
     left = [
         Part("shoe.L", "shoe", shoe(), (-0.10, 0.05, -0.01), (0.22, 0.19, 0.19), 0.010, 260,
              "foot"),
-        Part("hand.L", "skin", hand(), (-0.06, 0.36, 0.72), (0.10, 0.56, 0.98), 0.0055, 360,
+        Part("hand.L", "hand", hand(), (-0.06, 0.36, 0.72), (0.10, 0.56, 0.98), 0.0055, 360,
              "hand"),
     ]  # fmt: skip
     right = [

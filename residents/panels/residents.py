@@ -52,8 +52,10 @@ class _Resident:
             return
         column.prop(settings, "mass")
         warmth = body_of(rig).angen_warmth
-        draw_property(column, scene, warmth, "temperature", "Surface", "°C")
-        if settings.sort != Sort.CAT.value:
+        is_cat = settings.sort == Sort.CAT.value
+        draw_property(column, scene, warmth, "temperature", "Skin", "°C")
+        column.prop(warmth, "insulation", text="Fur (clo)" if is_cat else "Clothes (clo)")
+        if not is_cat:
             column.prop(settings, "walking_frame")
             if settings.walking_frame is None and rig is context.object:
                 layout.operator("angen.walking_frame_add", icon="ADD")

@@ -310,20 +310,21 @@ def _result(pad: Key, world: World, attempt: _Attempt) -> PadForces:
     problems = [*problems, attempt.undecided, attempt.unresolved]
     if attempt.balance is None:
         return PadForces()
-    found: dict[Key, list[tuple[Array, Array]]] = {}
+    found: dict[Key, list[tuple[Array, Array, Array]]] = {}
     start = 0
     for group in attempt.groups:
         forces = attempt.balance.forces[start : start + len(group.places)]
         start += len(group.places)
         if group.a == pad:
-            found.setdefault(group.b, []).append((group.places, forces))
+            found.setdefault(group.b, []).append((group.places, forces, group.areas))
         elif group.b == pad:
-            found.setdefault(group.a, []).append((group.places, -forces))
+            found.setdefault(group.a, []).append((group.places, -forces, group.areas))
     partners = []
     for key, parts in found.items():
         node = world.node(key)
-        places, forces = (np.concatenate(side) for side in zip(*parts, strict=True))
-        partners.append(Partner(node.name, node.objects, places, forces))
+        places, forces, areas = (np.concatenate(side) for side in zip(*parts, strict=True))
+        area = float(areas[forces.any(axis=1)].sum())
+        partners.append(Partner(node.name, node.objects, places, forces, area))
     if attempt.worst > RESIDUAL:
         worst = max(attempt.residuals, key=attempt.residuals.__getitem__)
         problems.append(

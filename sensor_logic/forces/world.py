@@ -212,12 +212,15 @@ class Partner:
         The contact points (n, 3) in m.
     forces
         The forces (n, 3) in N on the pad at these points.
+    area
+        The contact area in m² at the points that carry a force; 0 if it is unknown.
     """
 
     name: str
     objects: frozenset[int]
     places: Array
     forces: Array
+    area: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -87,7 +87,7 @@ class DoorContact(Model):
 
 REED_RELAYS = (
     "Reed Relays and Electronics India, actuation distances of the {} sensor, {} AT, tip to tip, "
-    "magnet {}: operates at {} to {} mm, releases at {} to {} mm; the means"
+    "magnet {}: operates at {} to {} mm, releases at {} to {} mm. Assumed: the means of these"
 )
 
 

@@ -384,9 +384,18 @@ def _slotted(identifier: str, label: str, gap_mm: float, aperture_mm: float, sou
     return Preset(identifier, label, values, source)
 
 
-VISHAY_83764 = "Vishay data sheet TCST1103, TCST1202, TCST1300, document 83764: gap, aperture"
-SHARP_GP1A50 = "Sharp GP1A50HR/51HR/52HR/53HR data sheet: gap, slit, hysteresis 0.75 typical"
-OMRON_EE_SX67 = "Omron EE-SX47/67 data sheet CSM_EE-SX47/67_DS_E: slot; its aperture is not given"
+ASSUMED = "Assumed: switching at half of the light in the middle of the hysteresis, and no noise"
+VISHAY_83764 = (
+    "Vishay data sheet TCST1103, TCST1202, TCST1300, document 83764: gap, aperture. "
+    f"{ASSUMED}; hysteresis as that of Sharp's parts"
+)
+SHARP_GP1A50 = (
+    "Sharp GP1A50HR/51HR/52HR/53HR data sheet: gap, slit, hysteresis 0.75 typical. " + ASSUMED
+)
+OMRON_EE_SX67 = (
+    "Omron EE-SX47/67 data sheet CSM_EE-SX47/67_DS_E: slot; its aperture is not given. "
+    f"{ASSUMED}; one ray; hysteresis as that of Sharp's parts"
+)
 
 PRESETS: tuple[Preset, ...] = (
     Preset(

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from ..model import Array
 
-# The query (bundle, origins, directions, length, frequency): the `Echoes` of the rays; the first
-# four arguments are those of RAYS, `frequency` is the carrier frequency in GHz.
+# The query (bundle, origins, directions, length, frequency, integration_time): the `Echoes` of the
+# rays. The first four arguments are those of RAYS, `frequency` is the carrier frequency in GHz, and
+# `integration_time` the time in s before the update over which speeds are sampled.
 ECHOES = "echoes"
 
 
@@ -25,9 +26,12 @@ class Echoes:
     ranges
         The distance (n,) in m to the nearest surface that stops the waves. A ray without one has
         its `length`.
-    moved
-        How far (n,) in m the material point at the hit moved along the ray since the previous query
-        of this bundle: positive if it moved away. 0 at the first query, and without a hit.
+    speed
+        The radial speed (m, n) in m/s of the material point at the hit, in each of m ≥ 1 parts of
+        the integration time, the earliest first: positive if it moves away. A part is the time
+        between two steps of the scene. If the integration time is shorter than a step, the only
+        part is the step before the update. Where nothing moved, there is one part of zeros; so at
+        the first update, and after a jump of the playhead. Zeros without a hit.
     breathing
         The peak-to-peak displacement (n,) in m of the chest of the body that the ray hits. 0 if it
         hits anything else.
@@ -47,7 +51,7 @@ class Echoes:
     """
 
     ranges: Array
-    moved: Array
+    speed: Array
     breathing: Array
     rate: Array
     loss: Array

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ..kind import OwnerProperties
@@ -10,11 +11,22 @@ from ..parameters import Choice, Parameters, parameter
 from .substances import SUBSTANCES
 
 AUTO, YES, NO = "AUTO", "YES", "NO"
+# With *Automatic*, a thin object is textile if its name, or the names of all its materials, contain
+# one of these words, but not if its name contains a word of what cloth hangs on.
+TEXTILE_WORDS = (
+    "blanket", "carpet", "cloth", "cotton", "curtain", "cushion", "drape", "duvet", "fabric",
+    "linen", "pillow", "quilt", "textile", "towel", "upholster", "velvet", "wool",
+)  # fmt: skip
+HOLDER_WORDS = "hook", "pole", "rack", "rail", "rod"
+# m: the greatest thickness of a duvet, a cushion or a folded curtain. Anything thicker is not thin.
+THIN = 0.3
 # The usual thickness in m of what waves pass in one crossing of a wall, door or pane: two boards on
 # studs, a door leaf, double glazing.
 THICKNESS = {
     "CONCRETE": 0.2, "BRICK": 0.1, "PLASTERBOARD": 0.025, "WOOD": 0.04, "GLASS": 0.008,
     "CHIPBOARD": 0.02, "PLYWOOD": 0.02, "METAL": 0.001, "BODY": 0.2,
+    # Assumed: the cloth and the filling of a duvet without the air in them.
+    "TEXTILE": 0.003,
 }  # fmt: skip
 TIPS = {
     "PLASTERBOARD": "Thin walls of boards on studs: radars see through them",
@@ -26,7 +38,20 @@ TIPS = {
     "BRICK": "Brick: stops most of the waves",
     "METAL": "Metal: reflects all waves",
     "BODY": "A person or an animal: skin",
+    "TEXTILE": "Curtains, duvets and upholstery: radars see through them",
 }
+
+
+def is_textile(name: str, materials: Sequence[str]) -> bool:
+    """Return whether a thin object is textile, by its name and the names of its materials."""
+
+    def says(text: str, words: Sequence[str]) -> bool:
+        return any(word in text.lower() for word in words)
+
+    if says(name, HOLDER_WORDS):
+        return False
+    of_cloth = [says(material, TEXTILE_WORDS) for material in materials]
+    return says(name, TEXTILE_WORDS) or (bool(of_cloth) and all(of_cloth))
 
 
 @dataclass(frozen=True)
@@ -42,7 +67,9 @@ class RadarSubstance(Parameters):
                 AUTO,
                 "Automatic",
                 "Of an object: as its materials, or else a body if an armature bends it and it has "
-                "a mass (Weight on Sensors), or else concrete. Of a material: not set",
+                "a mass (Weight on Sensors), textile if it has a cloth modifier or is thin and its "
+                "name or its materials' names say so, such as curtain, or else concrete. Of a "
+                "material: not set",
                 0,
             ),
             *(

@@ -345,6 +345,24 @@ def fcurves() -> Callable[[Any], list[Any]]:
 
 
 @pytest.fixture
+def echoes(world: World, monkeypatch: pytest.MonkeyPatch) -> dict[tuple[str, int], Any]:
+    """Return the `Echoes` of radars from now on, by the name and the step of each update."""
+    answers_of = part("angen_addon.runtime.sensor_runner").ANSWERS
+    need = part("sensor_logic.radio.echoes").ECHOES
+    found: dict[tuple[str, int], Any] = {}
+    answer = answers_of[need]
+
+    def spied(query: Any, *question: Any, which: Any = None) -> Any:
+        answers = answer(query, *question, which=which)
+        for i, step in enumerate(query.steps):
+            found[query.sensor.name, step] = answers[i]
+        return answers
+
+    monkeypatch.setitem(answers_of, need, spied)
+    return found
+
+
+@pytest.fixture
 def field(world: World) -> Iterator[Callable[..., Any]]:
     """Follow the scene to a frame, and return the signs drawn of its sensors.
 

@@ -32,7 +32,8 @@ def ranger(world, name="tof", preset="VL53L1X", **settings):
     made = bpy.context.object
     made.data, made.name, made.matrix_world.translation = made.data, name, (0, 0, 0)
     made.angen_sensor.update_rate = 24.0
-    quiet = {"noise_sigma": 0.0, "noise_growth": 0.0, "resolution": 0.0}
+    quiet = dict.fromkeys(("noise_sigma", "noise_growth", "offset_sigma", "offset_growth"), 0.0)
+    quiet["resolution"] = 0.0
     for key, value in {**quiet, **settings}.items():
         setattr(made.angen_sensor.distance, key, value)
     return made

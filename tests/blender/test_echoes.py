@@ -22,9 +22,9 @@ class Radar:
     """Casts rays from the origin with one set of probes, as a run does frame by frame."""
 
     def __init__(self, scene):
-        self.scene, self.probes = scene, Probes(scene)
+        self.scene, self.probes, self.past = scene, Probes(scene), []
 
-    def look(self, directions=AHEAD, length=20.0, frequency=GHZ, frame=None):
+    def look(self, directions=AHEAD, length=20.0, frequency=GHZ, frame=None, steps=1):
         if frame is not None:
             self.scene.frame_set(frame)
         depsgraph = bpy.context.evaluated_depsgraph_get()
@@ -32,7 +32,11 @@ class Radar:
         directions = np.asarray(directions, np.float64)
         units = 1.0 / self.scene.unit_settings.scale_length
         rays = np.zeros_like(directions), directions, np.full(len(directions), length * units)
-        return self.probes.surfaces[ECHOES].see(depsgraph, -1, 0, rays, None, frequency)[0]
+        time = (self.scene.frame_current - 1) / self.scene.render.fps
+        self.past = [one for one in self.past if one[0] < time][-steps:]
+        self.past.append((time, self.probes.places.at(0)))
+        probe = self.probes.surfaces[ECHOES]
+        return probe.see(depsgraph, -1, 0, rays, None, frequency, 0.1, [self.past])[0]
 
 
 @pytest.fixture
@@ -119,13 +123,14 @@ def test_the_motion_of_what_a_ray_hits_along_the_ray(world, radar, scale):
     places = {1: (0, 0, -4.5 / scale), 11: (0.3 / scale, 0, -4.0 / scale)}
     world.key(body, "location", places, "LINEAR")
     first = radar.look(frame=1)
-    assert first.moved == pytest.approx([0.0]) and first.ranges == pytest.approx([4.0])
-    assert radar.look(frame=2).moved == pytest.approx([-0.05], rel=1e-4), "towards the radar"
+    assert not first.speed.any() and first.ranges == pytest.approx([4.0])
+    fps = world.scene.render.fps
+    assert radar.look(frame=2).speed[-1] / fps == pytest.approx([-0.05], rel=1e-4), "nearer"
     aside = np.array([[math.sin(0.1), 0.0, -math.cos(0.1)]])
-    radar.look(aside, frame=2)
-    step = np.array([0.03, 0.0, 0.05])
-    assert radar.look(aside, frame=3).moved == pytest.approx([step @ aside[0]], rel=1e-4)
-    assert radar.look(aside, frame=3).moved == pytest.approx([0.0]), "it stands since the last look"
+    step = np.array([0.03, 0.0, 0.05]) * fps
+    assert radar.look(aside, frame=3).speed[0] == pytest.approx(step @ aside.T, rel=1e-4)
+    seen = radar.look(aside, frame=5, steps=3)
+    assert seen.speed[:, 0] == pytest.approx([step @ aside[0]] * 2, rel=1e-4), "over both parts"
 
 
 def test_a_turning_body_moves_as_its_points_do(world, radar):
@@ -143,7 +148,8 @@ def test_a_turning_body_moves_as_its_points_do(world, radar):
             point[0] * math.sin(angle) + point[2] * math.cos(angle),
         ]
     )
-    assert seen.moved == pytest.approx([(point - before) @ aside[0]], rel=0.01)
+    moved = seen.speed / world.scene.render.fps
+    assert moved == pytest.approx(np.array([(point - before) @ aside.T]), rel=0.01)
 
 
 def test_a_mesh_that_changes_shape_moves_by_its_faces(world, radar):
@@ -159,7 +165,35 @@ def test_a_mesh_that_changes_shape_moves_by_its_faces(world, radar):
     radar.look(frame=1)
     before, seen = radar.look(frame=2), radar.look(frame=3)
     nearer = before.ranges[0] - seen.ranges[0]
-    assert nearer > 0.01 and seen.moved == pytest.approx([-nearer], rel=1e-4)
+    assert nearer > 0.01
+    assert seen.speed[-1] / world.scene.render.fps == pytest.approx([-nearer], rel=1e-4)
+
+
+def test_cloth_is_what_bends_as_cloth_or_is_thin_and_named_so(world, radar):
+    def made_of(name, size=(2, 2, 0.1), materials=(), cloth=False):
+        sheet = world.box(size, (0, 0, -2), name)
+        for material in materials:
+            sheet.data.materials.append(bpy.data.materials.new(material))
+        if cloth:
+            sheet.modifiers.new("Cloth", "CLOTH")
+        world.update()
+        passed = bool(radar.look().through)
+        bpy.data.objects.remove(sheet)
+        return passed
+
+    world.box((1, 1, 1), at=(0, 0, -5.5), name="Behind")
+    world.update()
+    assert made_of("Curtain left") and made_of("Duvet", materials=["Red"])
+    assert made_of("Thing", materials=["Linen white", "fabric.001"])
+    assert made_of("Sheet", cloth=True)
+    assert not made_of("Sheet") and not made_of("Thing", materials=["linen", "oak"])
+    assert not made_of("Sofa", (2, 2, 0.7), materials=["fabric grey"]), "not thin"
+    assert not made_of("Curtain rail")
+    body = world.box((2, 2, 0.1), (0, 0, -2), "Cloth body")
+    body.angen_load.mass = 60.0
+    body.modifiers.new("Rig", "ARMATURE").object = world.link("Rig", bpy.data.armatures.new("Rig"))
+    world.update()
+    assert radar.look().ranges == pytest.approx([1.95]), "a body first"
 
 
 def test_bodies_breathe_if_they_are_rigged_and_have_a_mass_or_say_so(world, radar):

@@ -59,8 +59,9 @@ def test_each_instance_senses_at_its_own_place(flats, each_caster):
     ]
 
 
-def test_a_sensor_meets_the_housing_of_the_other_instance(world, collection):
-    """Rays pass only through the sensor's own housing, though both are the same object."""
+def test_a_sensor_meets_the_solid_housing_of_the_other_instance(world, collection):
+    """Rays then pass only through the sensor's own housing, though both are the same object."""
+    next(o for o in collection.objects if o.name == "Door").angen_sensor.housing_solid = True
     instance(world, collection, "A", (0, 0, 0))
     instance(world, collection, "B", (0, 0, -0.1))
     recording = world.run(1, 2)

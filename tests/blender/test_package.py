@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import csv
 import os
 import re
 import subprocess
@@ -10,6 +11,7 @@ import sys
 from pathlib import Path
 
 import bpy
+import numpy as np
 import pytest
 
 ROOT = Path(__file__).resolve().parent.parent.parent
@@ -197,6 +199,25 @@ def test_the_home_by_script_of_the_docs_runs_as_it_stands(run, tmp_path) -> None
     assert "anna" in out and (tmp_path / "lived_in.blend").exists()
 
 
+@pytest.mark.slow
+def test_the_frames_for_a_recogniser_have_a_person_in_each_posture(run, tmp_path) -> None:
+    script = ROOT / "docs" / "examples" / "array_frames.py"
+    run(
+        "import runpy, sys\n"
+        "sys.argv = ['array_frames.py', 'frames.csv', '--people', '2', '--places', '1']\n"
+        f"runpy.run_path({str(script)!r}, run_name='__main__')\n"
+    )
+    with (tmp_path / "frames.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["posture"] for row in rows] == ["standing", "sitting", "lying"] * 2
+    assert [row["person"] for row in rows] == ["person 0"] * 3 + ["person 1"] * 3
+    for row in rows:
+        frame = np.array(row["frame_c"].split(";"), float)
+        assert len(frame) == 256 and row["columns"] == "16"
+        assert frame.max() - np.median(frame) > 2.0
+    assert len({row["frame_c"] for row in rows}) == 6
+
+
 @pytest.mark.parametrize(
     ("call", "error"),
     [
@@ -205,6 +226,7 @@ def test_the_home_by_script_of_the_docs_runs_as_it_stands(run, tmp_path) -> None
         ("home.mark('PIR hall', 'NAP')", "use 'NAP' is unknown"),
         ("home.mark('PIR hall', 'SIT', angel=1)", "the property 'angel' of a mark is unknown"),
         ("home.add_resident('DOG')", "sort 'DOG' is unknown"),
+        ("home.pose('Anna', 'lying', (0, 0, 0))", "no resident is called 'Anna'"),
         ("home.places()", "nothing is marked"),
         ("home.live('none.toml')", "cannot read none.toml"),
         ("home.live('x = 1\\n', between=('9', '8'))", "routine"),

@@ -201,17 +201,19 @@ def test_a_person_in_one_click(world):
     body.modifiers.new("Armature", "ARMATURE").object = rig
     hat.parent = rig
     other = world.box((1, 1, 1), (5, 0, 0), "other")
-    for name in ("Person skin", "Person shirt"):
+    for name in ("Person skin", "Person shirt", "Person hair"):
         body.data.materials.append(bpy.data.materials.new(name))
     bpy.context.view_layer.objects.active = rig
     for obj in world.scene.objects:
         obj.select_set(obj == rig)
     assert bpy.ops.angen.warmth_set(sort="PERSON") == {"FINISHED"}
     assert [o.angen_warmth.use_temperature for o in (body, hat, other)] == [True, True, False]
-    assert body.angen_warmth.temperature == pytest.approx(28.0)
-    skin, shirt = body.data.materials
-    assert skin.angen_warmth.temperature == pytest.approx(33.0)
-    assert skin.angen_warmth.use_temperature and not shirt.angen_warmth.use_temperature
+    assert body.angen_warmth.temperature == pytest.approx(33.5)
+    assert body.angen_warmth.insulation == pytest.approx(1.0)
+    skin, shirt, hair = (material.angen_warmth for material in body.data.materials)
+    assert skin.temperature == hair.temperature == pytest.approx(33.5)
+    assert (skin.insulation, hair.insulation) == (0.0, 0.5)
+    assert skin.use_temperature and not shirt.use_temperature
 
 
 def test_a_lens_as_text(world):
@@ -295,6 +297,27 @@ def test_object_collection_and_material(world, probe, target):
     material.angen_warmth.use_temperature = False
     target.angen_warmth.use_temperature = False
     assert celsius(probe((0, 0, 0), AHEAD)) == pytest.approx([45.0])
+
+
+@pytest.mark.parametrize(("ambient", "clothes"), [(20.0, 26.1), (27.0, 29.9), (33.5, 33.5)])
+def test_clothes_are_between_skin_and_room(world, probe, target, ambient, clothes):
+    world.warm(target, 33.5)
+    target.angen_warmth.insulation = 1.0
+    world.scene.angen_ambient_temperature = ambient
+    assert celsius(probe((0, 0, 0), AHEAD)) == pytest.approx([clothes], abs=0.05)
+    target.angen_warmth.insulation = 0.0
+    assert celsius(probe((0, 0, 0), AHEAD)) == pytest.approx([33.5])
+
+
+def test_clothes_follow_an_animated_room_and_animated_clothes(world, probe, target):
+    world.warm(target, 33.5)
+    world.key(world.scene, "angen_ambient_temperature", {1: 15.0, 11: 30.0})
+    world.key(target, "angen_warmth.insulation", {11: 1.0, 21: 0.0})
+    seen = []
+    for frame in (1, 11, 21):
+        world.scene.frame_set(frame)
+        seen += celsius(probe((0, 0, 0), AHEAD))
+    assert seen == pytest.approx([23.4, 31.6, 33.5], abs=0.05)
 
 
 def checkered(world, name="checkered"):

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from bl_ext.user_default.angen_sensors.residents.blender.keys import KeyedStretch
 from bl_ext.user_default.angen_sensors.residents.blender.settings import build_of
+from bl_ext.user_default.angen_sensors.sensor_logic.physics import insulated_share
 from mathutils import Matrix, Vector
 from tiers import mostly_slow
 
@@ -44,7 +45,9 @@ def test_a_resident_has_size_mass_and_warmth(world, sort, unit):
     assert points[:, 2].min() == pytest.approx(0.0, abs=0.015)
     assert points[:, :2].mean(0) == pytest.approx([2.0, 1.0], abs=0.1)
     assert mesh.angen_load.mass == rig.angen_resident.mass > 0
-    assert mesh.angen_warmth.temperature == (27.0 if sort == "CAT" else 28.0)
+    warmth = mesh.angen_warmth
+    surface = 20.0 + (1.0 - insulated_share(warmth.insulation)) * (warmth.temperature - 20.0)
+    assert surface == pytest.approx(27.0 if sort == "CAT" else 26.1, abs=0.1)
     for vertex in mesh.data.vertices:
         assert sum(g.weight for g in vertex.groups) == pytest.approx(1.0, abs=1e-3)
         assert len(vertex.groups) <= 4
@@ -53,6 +56,32 @@ def test_a_resident_has_size_mass_and_warmth(world, sort, unit):
     bpy.context.view_layer.update()
     assert np.ptp(vertices(mesh)[:, 2]) * unit == pytest.approx(1.5 * high, rel=0.06)
     assert mesh.angen_load.mass == 33.0
+
+
+@pytest.mark.parametrize("unit", [1.0, 0.01])
+def test_a_script_poses_a_resident(world, addon_part, unit):
+    world.scene.unit_settings.scale_length = unit
+    bpy.ops.angen.resident_add(sort="ADULT")
+    rig = bpy.context.object
+    (mesh,) = rig.children
+    settings = addon_part("residents.blender.settings")
+
+    def box(posture, *place, **more):
+        settings.show_pose(rig, settings.posed(build_of(rig), posture, *place, **more))
+        bpy.context.view_layer.update()
+        points = vertices(mesh) * unit
+        return points.min(0), points.max(0)
+
+    low, high = box("standing", (1.0, 2.0, 0.0), 0.0)
+    assert (low + high)[:2] / 2 == pytest.approx((1.0, 2.0), abs=0.1)
+    assert high[2] == pytest.approx(1.73, abs=0.08)
+    low, high = box("sitting", (1.0, 2.0, 0.45), 0.0)
+    assert low[2] == pytest.approx(0.0, abs=0.03) and 1.1 < high[2] < 1.4
+    for side in (0, 1, -1):
+        low, high = box("lying", (1.0, 2.0, 0.1), 0.0, side=side)
+        assert low[2] == pytest.approx(0.1, abs=0.08) and high[2] < 0.65
+        assert 1.4 < high[0] - low[0] < 1.9 and high[0] > 1.6, "the head points along yaw"
+    assert mesh.data.animation_data is None and rig.animation_data is None
 
 
 def test_several_live_in_one_home_and_undo_takes_the_last_away(world):

@@ -193,11 +193,13 @@ def test_a_sensor_that_is_a_mesh_itself(world, place, scale):
     assert world.range(sensor) == pytest.approx(0.3, abs=ROUNDING[place])
 
 
-def test_another_sensors_housing_stops_the_beam(world, each_caster):
+def test_another_sensors_housing_stops_the_beam_only_if_it_is_solid(world, each_caster):
     sensor, other = world.switch(), world.switch("other")
     housing(world, sensor)
     other.location.z = -0.2
     housing(world, other)
+    assert world.range(sensor) == pytest.approx(0.5, abs=2e-5)
+    other.angen_sensor.housing_solid = True
     assert world.range(sensor) == pytest.approx(0.19, abs=2e-5)
 
 

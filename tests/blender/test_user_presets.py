@@ -185,6 +185,16 @@ def test_every_preset_sets_what_it_names_and_nothing_else(world, presets):
                 assert value == expected, name
 
 
+def test_a_preset_sets_the_rate_that_its_noise_holds_for(world):
+    obj = activate(world, world.sensor("THERMAL_ARRAY", "array"))
+    for preset, rate in (("AMG8833_1HZ", 1.0), ("AMG8833", 10.0), ("HTPA32", 5.0)):
+        ops.preset_apply(preset=preset)
+        assert obj.angen_sensor.update_rate == rate
+    assert "(edited)" not in preset_text(obj)
+    obj.angen_sensor.update_rate = 2.0
+    assert preset_text(obj) == "Heimann HTPA 32 × 32 L2.1 (edited)"
+
+
 def test_one_preset_at_most_is_ticked_for_each_part(world, presets):
     """No two presets of a kind are the same; a new pad is no part."""
     pad = activate(world, world.sensor("PRESSURE", "pad"))

@@ -9,7 +9,7 @@ from __future__ import annotations
 import io
 import math
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from typing import Any
 
 import bpy
@@ -106,6 +106,37 @@ def test_each_way_of_running_reads_the_same(
         assert run(world)[0] == plain, f"in batches {batches}"
     # Nodes that read the whole scene keep their objects in it.
     assert len(bpy.data.scenes) == scenes
+
+
+RADARS = ("pauses_between_linear_keys", "between_frames", "a_chain_of_bones",
+          "a_simulation_of_nodes", "bends", "is_instanced", "comes_with_what_hangs_on_it",
+          "begins_late")  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "name", mostly_slow(RADARS, "pauses_between_linear_keys", "bends", "begins_late")
+)
+def test_radars_measure_the_same_speeds_in_each_way_of_running(
+    name: str, world: Any, tmp_path: Any, fcurves: Any, monkeypatch: pytest.MonkeyPatch, echoes: Any
+) -> None:
+    world.curves_of = fcurves
+    SCENES[name][0](world, tmp_path)
+    for rate in (3.0, 11.0):
+        world.sensor("PRESENCE_RADAR", f"at {rate:g} Hz", None, update_rate=rate)
+
+    def speeds(anew: bool = False) -> dict[Any, list[Any]]:
+        echoes.clear()
+        with everything_anew() if anew else nullcontext():
+            run(world)
+        return {key: one.speed.tolist() for key, one in echoes.items()}
+
+    plain = speeds(anew=True)
+    assert any(np.any(speed) for speed in plain.values()), "nothing moved"
+    monkeypatch.setattr(stage, "PROGRESS_INTERVAL", 1e9)
+    for batches, (most, least) in BATCHES.items():
+        monkeypatch.setattr(frames, "MOST_FRAMES", most)
+        monkeypatch.setattr(skipping, "LEAST_OBJECTS", least)
+        assert speeds() == plain, f"in batches {batches}"
 
 
 @pytest.mark.parametrize("name", ["part_is_hidden", "part_changes_shape", "holder_is_hidden"])

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from angen_sensors.sensor_logic.kinds.presence_radar.parameters import RadarParameters
 from angen_sensors.sensor_logic.kinds.presence_radar.radar import PresenceRadar
-from angen_sensors.sensor_logic.model import Pose, Update
+from angen_sensors.sensor_logic.model import FIRST, Answers, Pose, Updates
 from angen_sensors.sensor_logic.noise import generator
 from angen_sensors.sensor_logic.radio.echoes import ECHOES, Echoes
 from angen_sensors.sensor_logic.radio.substances import attenuation, reflectance
@@ -73,18 +73,18 @@ class Scene:
     time: float = 0.0
     asked: float | None = None
 
-    def answer(self, bundle, origins, ways, length, frequency):
-        apart = 0.0 if self.asked is None else self.time - self.asked
+    def answer(self, bundle, origins, ways, length, frequency, integration_time):
+        moves = self.asked is not None and self.time > self.asked
         self.asked = self.time
         n = len(ways)
         ranges, solid = length.copy(), np.zeros(n, np.intp)
-        share, moved, breathing, loss = (np.zeros(n) for _ in range(4))
+        share, speed, breathing, loss = (np.zeros(n) for _ in range(4))
         for number, body in enumerate(self.bodies, 1):
             at = body.ranges(self.time, ways)
             hit = at < ranges
             ranges[hit], solid[hit] = at[hit], number
             share[hit] = reflectance(body.substance, frequency)
-            moved[hit] = (ways[hit] @ np.array(body.velocity)) * apart
+            speed[hit] = (ways[hit] @ np.array(body.velocity)) * moves
             breathing[hit] = body.breathing
         for wall in self.walls:
             with np.errstate(divide="ignore"):
@@ -93,10 +93,10 @@ class Scene:
             if wall.stops:
                 ranges[beyond], solid[beyond] = at[beyond], len(self.bodies) + 1
                 share[beyond] = reflectance(wall.substance, frequency)
-                moved[beyond] = breathing[beyond] = 0.0
+                speed[beyond] = breathing[beyond] = 0.0
             else:
                 loss[beyond] += attenuation(wall.substance, wall.thickness, frequency)
-        return Echoes(ranges, moved, breathing, np.zeros(n), loss, share, solid)
+        return Echoes(ranges, speed[None], breathing, breathing * 50.0, loss, share, solid)
 
     def at(self, time):
         self.time = time
@@ -110,14 +110,16 @@ def run(scene, parameters=None, updates=2, rate=10.0, model=None, first=0, pose=
     found = []
     for number in range(first, first + updates):
         scene.at(number / rate)
-        update = Update(
-            number,
-            number / rate,
+        update = Updates(
+            np.array([number]),
+            np.array([number / rate]),
+            np.ones(1, bool),
             pose,
-            {ECHOES: scene.answer},
-            lambda number=number: generator(0, name, number),
+            {ECHOES: lambda *question, which=None: Answers([scene.answer(*question)], FIRST)},
+            lambda block: generator(0, name, block),
+            lambda: generator(0, name, 0),
         )
-        found.append(model.update(parameters, update))
+        found.append(model.sense(parameters, update)[0])
     return found
 
 

@@ -18,11 +18,10 @@ from angen_sensors.sensor_logic.coverage.grid import Cells, CoverageMap, choose,
 from angen_sensors.sensor_logic.coverage.motions import MOTIONS, Rays, Start, Walker, hits
 from angen_sensors.sensor_logic.error import AngenError
 from angen_sensors.sensor_logic.kinds.pir.coverage import RangeView, WarmView
-from angen_sensors.sensor_logic.kinds.pir.lenses import zone_rays
 from angen_sensors.sensor_logic.kinds.pir.pyroelectric import (
+    rays_of,
     response_of,
     threshold_of,
-    zones_of,
 )
 from angen_sensors.sensor_logic.model import Emission, Pose
 from angen_sensors.sensor_logic.physics import STEFAN_BOLTZMANN
@@ -164,7 +163,7 @@ def prism(walker, feet, ambient):
 
 
 def warm_view(parameters, pose, free=50.0):
-    local, walker = zone_rays(zones_of(parameters), parameters.zone_rays), Walker()
+    local, walker = rays_of(parameters), Walker()
     warm = STEFAN_BOLTZMANN * walker.emissivity * ((walker.celsius + ZERO) ** 4 - (20 + ZERO) ** 4)
     n = len(local.weights)
     return WarmView(
@@ -174,14 +173,15 @@ def warm_view(parameters, pose, free=50.0):
 
 
 @pytest.mark.parametrize(
-    ("lens", "pose"),
+    ("lens", "pose", "blur"),
     [
-        ("THREE_TIERS", level_at(2.1)),
-        pytest.param("CEILING", Pose(np.array([0.0, 0.0, 2.5]), DOWN), marks=pytest.mark.slow),
+        ("THREE_TIERS", level_at(2.1), 2.0),
+        pytest.param("CEILING", Pose(np.array([0.0, 0.0, 2.5]), DOWN), 0.0, marks=pytest.mark.slow),
     ],
 )
-def test_coverage_is_what_the_detector_itself_would_say(lens, pose):
-    parameters, random = pyro(lens=lens, zone_rays=12), np.random.default_rng(5)
+def test_coverage_is_what_the_detector_itself_would_say(lens, pose, blur):
+    parameters = pyro(lens=lens, zone_rays=12, lens_blur=math.radians(blur))
+    random = np.random.default_rng(5)
     starts = np.column_stack([random.uniform(-4, 4, (8, 2)), np.zeros(8)])
     headings, lengths = random.uniform(0, 2 * math.pi, 8), random.uniform(0.3, 1.0, 8)
     found = warm_view(parameters, pose).strengths(STEP, Start(starts, headings, lengths))

@@ -27,10 +27,11 @@ POSE = Pose(np.zeros(3), np.eye(3))
 PRESETS = {preset.identifier: preset for preset in KIND.presets}
 
 
+QUIET = dict.fromkeys(("noise_sigma", "noise_growth", "offset_sigma", "offset_growth"), 0.0)
+
+
 def part(name, **values):
-    return DistanceParameters(
-        **{**PRESETS[name].values, "noise_sigma": 0.0, "noise_growth": 0.0, **values}
-    )
+    return DistanceParameters(**{**PRESETS[name].values, **QUIET, **values})
 
 
 class Wall:
@@ -58,7 +59,12 @@ class Wall:
 
 
 def read(parameters, wall, sensor=None, number=0, name="tof"):
-    update = SimpleNamespace(pose=POSE, ask=wall.ask, noise=lambda: generator(0, name, number))
+    update = SimpleNamespace(
+        pose=POSE,
+        ask=wall.ask,
+        noise=lambda: generator(0, name, number),
+        device_noise=lambda: generator(0, name, -1 & 0xFFFFFFFF),
+    )
     return (sensor or DistanceSensor()).update(parameters, update)
 
 
@@ -141,6 +147,26 @@ def test_noise_grows_with_the_distance():
         _, ways, _ = zone_rays(parameters, POSE)
         expected = np.hypot(0.004, 0.01 * distance / -ways[:, 2])
         assert (spread / expected).mean() == pytest.approx(1.0, abs=0.03), "of 3840 samples"
+
+
+def test_a_device_keeps_its_offset_and_a_still_target_hardly_differs():
+    """A VL53L0X before a still target at 76 mm: 2.1 mm from reading to reading were measured."""
+    parameters = DistanceParameters(**PRESETS["VL53L0X"].values)
+    found = [read(parameters, Wall(0.076), number=n).fields["distance_m"] for n in range(400)]
+    assert np.std(np.diff(found)) / math.sqrt(2) == pytest.approx(0.0021, rel=0.1)
+    parameters = DistanceParameters(**PRESETS["VL53L1X"].values)
+    means, spreads = [], []
+    for device in range(60):
+        sensor = DistanceSensor()
+        told = [
+            read(parameters, Wall(1.0), sensor, number, f"tof {device}").fields["distance_m"]
+            for number in range(20)
+        ]
+        means.append(np.mean(told))
+        spreads.append(np.std(told))
+    # The bound of ±20 mm is three standard deviations.
+    assert np.std(means) == pytest.approx(0.02 / 3, rel=0.25)
+    assert np.mean(spreads) < 0.0035 and max(abs(np.array(means) - np.mean(means))) < 0.025
 
 
 def test_readings_are_multiples_of_the_resolution_within_the_range_and_near_has_a_hysteresis():

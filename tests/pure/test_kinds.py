@@ -242,6 +242,13 @@ def test_a_thesis_preset_sets_all_that_the_thesis_gives(kind):
     assert of_thesis <= set(preset.values)
 
 
+@pytest.mark.parametrize("kind", ["PRESSURE", "LIGHT", "DISTANCE", "CONTACT", "OPTICAL_SWITCH"])
+def test_a_part_says_what_of_it_was_measured_and_what_is_assumed(kind):
+    for identifier, preset in NAMED[kind].items():
+        if identifier not in {"THESIS", "PAD"}:
+            assert "Assumed:" in preset.source or "Measured:" in preset.source, identifier
+
+
 def test_areas_are_those_of_the_sizes_in_the_data_sheet():
     areas = {preset.identifier: preset.values["area"] for preset in KINDS["PRESSURE"].presets}
     assert areas["FSR_400"] == pytest.approx(math.pi / 4 * 0.0051**2, rel=1e-3)
@@ -273,7 +280,9 @@ def test_a_part_has_its_physics_and_a_range_scan_says_that_it_is_one():
         assert is_scan == ("range scan" in preset.label), name
     for preset in LENS_PRESETS:
         assert "Assumed" in preset.source
-        assert preset.values["range_max"] == LENSES[preset.values["lens"]].detection_distance
+        reach = LENSES[preset.values["lens"]].detection_distance
+        # The trimmer's end is the other setting of one lens.
+        assert preset.values["range_max"] == (7.0 if preset.identifier == "HC_SR501_MAX" else reach)
 
 
 def test_a_motion_detector_has_the_same_times_and_reach_in_both_models():

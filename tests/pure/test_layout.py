@@ -81,7 +81,7 @@ def test_what_is_read_has_the_types_of_the_parameters(tmp_path):
         values = found.settings(KINDS["PIR"])
         assert found.name == "PIR hall.001"
         # The preset's values, and those that replace them.
-        assert (values["range_max"], values["hold_time"], values["rays"]) == (7.0, 2.0, 9)
+        assert (values["range_max"], values["hold_time"], values["rays"]) == (5.0, 2.0, 9)
         assert isinstance(values["rays"], int) and isinstance(values["hold_time"], float)
 
 

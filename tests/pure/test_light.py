@@ -11,6 +11,7 @@ import pytest
 from angen_sensors.sensor_logic import physics
 from angen_sensors.sensor_logic.kind import LIGHT
 from angen_sensors.sensor_logic.kinds.light import (
+    KIND,
     LightParameters,
     LightSensor,
     conductance,
@@ -183,6 +184,16 @@ def test_the_resistor_starts_at_rest_and_follows_the_light_with_its_own_speed_ea
     # The lamp is seen as lit while the resistor still falls.
     assert of(readings, "lit") == [False, True, True]
     assert of(readings, "illuminance_lux") == [1, 1000, 1]
+
+
+@pytest.mark.parametrize("lux", [50.0, 100.0, 150.0])
+def test_a_lux_sensor_in_a_lamp_lit_room_flickers_and_is_still_at_night(lux):
+    """Five real sensors: 0.5 to 1.0 % of the reading, and exactly 0 at night."""
+    part = next(p for p in KIND.presets if p.identifier == "BH1750FVI").values
+    found = np.array(of(sense([lux] * 1000, **part), "illuminance_lux"))
+    assert 0.0035 < found.std() / lux < 0.0105
+    assert 0.3 < np.mean(np.diff(found) == 0.0) < 0.75, "45 to 70 % equal the one before"
+    assert set(of(sense([0.0] * 50, **part), "illuminance_lux")) == {0.0}
 
 
 BH1750 = {"lux_step": 1 / 1.2, "lux_max": 65535 / 1.2, "integration_time": 0.12}

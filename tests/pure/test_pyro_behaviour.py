@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from angen_sensors.sensor_logic.kind import WARMTH
 from angen_sensors.sensor_logic.kinds.pir.lenses import LENSES
+from angen_sensors.sensor_logic.kinds.pir.presets import PRESETS
 from angen_sensors.sensor_logic.kinds.pir.pyroelectric import PyroelectricDetector
 from angen_sensors.sensor_logic.model import Emission, Pose, Update, Updates
 from angen_sensors.sensor_logic.noise import generator
@@ -72,6 +73,18 @@ def test_the_contrast_of_the_data_sheets_target_counts(contrast):
 )
 def test_the_frame_rate_matters_little(rate, error):
     assert crossing(3.0, rate=rate) == pytest.approx(crossing(3.0, rate=240), rel=error)
+
+
+@pytest.mark.parametrize("name", mostly_slow(["HC_SR501", "HC_SR501_MAX"], "HC_SR501"))
+def test_a_person_just_triggers_an_hc_sr501_at_its_reach(name):
+    """Measured: a person who crosses is seen at 5 m and not at 6 m, or at 7 m just so."""
+    values = next(preset.values for preset in PRESETS if preset.identifier == name)
+    person = Body((0.4, 0.2, 1.7), 27.0 + 3.0)
+    reach = values["range_max"]
+    for metres, least, most in ((reach, 0.9, 1.2), (reach + 1.0, 0.6, 0.98)):
+        assert least < crossing(metres, body=person, ambient=27.0, **values) < most
+    # In a room as warm as clothing, the same person is not seen.
+    assert crossing(reach, body=person, ambient=30.0, **values) < 0.2
 
 
 # Figures of the note. Its threshold is that of the plate that faces the detector, and its lens has

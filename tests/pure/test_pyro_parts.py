@@ -210,8 +210,38 @@ def test_published_angles(name, wide, low, high):
 
 def test_zones_of_the_wall_type_and_cone_of_the_module():
     assert len(LENSES["EKMC1604111"].zones) == 68
+    # A person's trunk at 75° beside the axis, 1 m away, reaches from 60° to 90°.
     off_axis = [math.acos(-z.axis[2]) + z.width / 2 for z in LENSES["HC_SR501"].zones]
-    assert 100 < 2 * math.degrees(max(off_axis)) < 120
+    assert 65 < math.degrees(max(off_axis)) < 75
+
+
+@pytest.mark.parametrize("blur", [0.3, 1.0, 4.0])
+@pytest.mark.parametrize(("width", "height"), [(5.0, 10.0), (1.0, 40.0)])
+def test_a_blurred_zone_is_the_sharp_one_under_a_gaussian(blur, width, height):
+    """Against a numerical convolution, by the shares of the rays up to each place."""
+    zone = Zone(0.3, -0.2, math.radians(width), math.radians(height), -1, 0.5)
+    sharp, rays = (zone_rays((zone,), 2000, math.radians(b)) for b in (0.0, blur))
+    assert rays.weights.sum() == pytest.approx(sharp.weights.sum(), rel=1e-12)
+    ahead = rays.directions @ zone.axis
+    up = np.cross(zone.right, zone.axis)
+    for axis, size in ((zone.right, width), (up, height)):
+        found = np.sort(rays.directions @ axis / ahead)
+        half, sigma = math.tan(math.radians(size / 2)), math.tan(math.radians(blur))
+        x = np.linspace(-half - 6 * sigma, half + 6 * sigma, 4001)
+        kernel = np.exp(-((x / sigma) ** 2) / 2)
+        density = np.convolve((np.abs(x) <= half) * 1.0, kernel, mode="same")
+        share = np.cumsum(density) / density.sum()
+        np.testing.assert_allclose(np.searchsorted(found, x) / len(found), share, atol=0.01)
+
+
+def test_blur_hides_what_is_small_against_a_zone():
+    """A hand that passes between two zones of opposite polarity, against a person who passes."""
+    zones = lenslet_zones(0.0, 0.0, dual(25.0))
+    person = [crossing_peak(zones, USUAL, 5.0, 4.0, "PERSON", math.radians(b)) for b in (0, 2, 4)]
+    plate = [crossing_peak(zones, USUAL, 5.0, 4.0, "PLATE", math.radians(b)) for b in (0, 2, 4)]
+    assert person[0] > person[1] > person[2] and plate[0] > plate[1] > plate[2]
+    # The plate, which is narrower than a zone, loses more.
+    assert plate[2] / plate[0] < person[2] / person[0]
 
 
 @pytest.mark.parametrize(("first", "last", "metres"), [(0, 9, 12), (9, 14, 6), (14, 17, 3)])

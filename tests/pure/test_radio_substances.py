@@ -4,6 +4,8 @@
 import math
 
 import pytest
+from angen_sensors.sensor_logic.parameters import specs
+from angen_sensors.sensor_logic.radio.properties import THICKNESS, RadarSubstance
 from angen_sensors.sensor_logic.radio.substances import (
     OPAQUE,
     SUBSTANCES,
@@ -63,6 +65,23 @@ def test_what_stops_the_waves_and_what_does_not():
     assert attenuation("PLASTERBOARD", 0.026, 24.125) < 5.0
     assert attenuation("CONCRETE", 0.2, 24.125) > 60.0
     assert attenuation("WOOD", 0.04, 24.125) < attenuation("WOOD", 0.04, 60.0)
+
+
+def test_cloth_loses_less_than_a_decibel_and_clothes_less_than_three_up_to_300_ghz():
+    assert attenuation("TEXTILE", THICKNESS["TEXTILE"], 24.125) < 0.5
+    assert attenuation("TEXTILE", THICKNESS["TEXTILE"], 60.0) < 1.0
+    # Bjarnason et al. 2004.
+    assert attenuation("TEXTILE", 0.001, 300.0) < 3.0
+
+
+def test_choices_keep_their_numbers():
+    """Blend files store the numbers."""
+    names = ["AUTO", "CONCRETE", "BRICK", "PLASTERBOARD", "WOOD", "GLASS", "CHIPBOARD", "PLYWOOD"]
+    names += ["METAL", "BODY", "TEXTILE"]
+    choices = specs(RadarSubstance)["substance"].choices
+    assert [(one.identifier, one.number) for one in choices] == [
+        *zip(names, range(11), strict=True)
+    ]
 
 
 @pytest.mark.parametrize("name", SUBSTANCES)

@@ -15,11 +15,7 @@ from typing import Any
 import numpy as np
 
 from ....sensor_logic.kind import WARMTH
-from ....sensor_logic.kinds.pir.lenses import zone_rays
-from ....sensor_logic.kinds.pir.pyroelectric import (
-    threshold_of,
-    zones_of,
-)
+from ....sensor_logic.kinds.pir.pyroelectric import rays_of, threshold_of
 from ....sensor_logic.kinds.pir.range_scan import PirParameters, fan_directions
 from ....sensor_logic.model import Array, Emission, Pose
 from ....sensor_logic.parameters import label_of, specs
@@ -458,7 +454,7 @@ def _replay_update(replay: Replay, index: int) -> tuple[PirParameters, _WarmUpda
 
     replay.runner.model.update(parameters, replace(update, scene={WARMTH: warmth}))
     emission, seen = emissions[-1], replay.seen
-    weights = zone_rays(zones_of(parameters), parameters.zone_rays).weights
+    weights = rays_of(parameters).weights
     surroundings = STEFAN_BOLTZMANN * emission.ambient**4
     power = weights * (radiosity(emission) - surroundings) / math.pi
     warm = _WarmUpdate(power, emission.temperature, seen.ranges, seen.names, emission.ambient)

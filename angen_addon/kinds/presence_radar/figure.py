@@ -14,7 +14,12 @@ from bpy.types import Context
 
 from ....sensor_logic.error import AngenError
 from ....sensor_logic.kinds.presence_radar.parameters import RadarParameters
-from ....sensor_logic.kinds.presence_radar.radar import gate_energies, radar_beams
+from ....sensor_logic.kinds.presence_radar.radar import (
+    calibration,
+    edge_of,
+    gate_energies,
+    radar_beams,
+)
 from ....sensor_logic.model import Array, Index, Pose
 from ....sensor_logic.wording import Lengths, typed
 from ...authoring.housing import Housing, looking
@@ -56,7 +61,9 @@ def rays_figure(seen: Any, number: int, met: RaysMet, metres: float) -> Figure:
         for meaning, which in (("outline", both), ("limit", ~both)):
             first, last = straight(ends, which, metres)
             drawn.add(meaning, pairs(ends[:, :-1][first], ends[:, 1:][last]))
-    drawn.add("gate", *_arcs(parameters, seen.pose, met.ranges[level], metres))
+    drawn.add(
+        "gate", *_arcs(parameters, seen.pose, met.directions[level], met.ranges[level], metres)
+    )
     return drawn
 
 
@@ -70,20 +77,25 @@ def upright_rays(parameters: RadarParameters) -> Index:
     return found
 
 
-def _arcs(parameters: RadarParameters, pose: Pose, ranges: Array, metres: float) -> list[Array]:
-    """Return the far end of each gate as lines in the level plane, up to what stops the waves.
+def _arcs(
+    parameters: RadarParameters, pose: Pose, directions: Array, ranges: Array, metres: float
+) -> list[Array]:
+    """Return the middle of each gate as lines in the level plane, up to what stops the waves.
 
-    `ranges` (n,) in m are those of a level row of rays, from left to right.
+    `directions` (n, 3) and `ranges` (n,) in m are those of a level row of rays, from left to right.
     """
-    azimuth = np.linspace(-0.5, 0.5, POINTS) * parameters.horizontal_fov
-    column = np.minimum(np.arange(POINTS) * len(ranges) // POINTS, len(ranges) - 1)
-    free = ranges[column]
+    edge = edge_of(parameters.horizontal_fov)
+    azimuth = np.linspace(-edge, edge, POINTS)
+    # A point is in sight if the rays on both sides of it get farther.
+    rays = np.arctan2(*(directions @ pose.axes[:, [0, 2]] * (1.0, -1.0)).T)
+    after = np.clip(np.searchsorted(rays, azimuth), 1, len(rays) - 1) if len(rays) > 1 else 0
+    free = np.minimum(ranges[after], ranges[np.maximum(after - 1, 0)])
     local = np.stack([np.sin(azimuth), np.zeros(POINTS), -np.cos(azimuth)], axis=1)
     ways, origin = local @ pose.axes.T, pose.origin
     arcs = []
     every = max(1, math.ceil(parameters.gates / ARCS))
-    for gate in range(every, parameters.gates + 1, every):
-        radius = min(gate * parameters.gate_length, parameters.range_max)
+    for gate in range(every, parameters.gates, every):
+        radius = min(gate * parameters.bin_length, parameters.reach)
         points = (origin + ways * radius) / metres
         clear = (free[:-1] >= radius - 1e-9) & (free[1:] >= radius - 1e-9)
         arcs.append(pairs(points[:-1][clear], points[1:][clear]))
@@ -159,13 +171,25 @@ SECTIONS = (
     (
         "Detection",
         (
-            "moving_range",
-            "still_range",
             "moving_thresholds",
             "still_thresholds",
+            "movement_starts",
             "hold_time",
             "max_targets",
             "report_step",
+        ),
+    ),
+    (
+        "Energies",
+        (
+            "moving_range",
+            "moving_energy",
+            "still_range",
+            "still_energy",
+            "scale",
+            "still_time",
+            "moving_floors",
+            "still_floors",
         ),
     ),
     (
@@ -177,19 +201,25 @@ SECTIONS = (
             "range_min",
             "range_max",
             "gate_length",
+            "range_scale",
             "angle_resolution",
             "integration_time",
+            "tail_share",
+            "tail_length",
             "rays_across",
             "rays_up",
         ),
     ),
-    ("Noise", ("energy_noise", "range_noise", "angle_noise")),
+    ("Noise", ("fading", "floor_noise", "energy_noise", "range_noise", "angle_noise")),
 )
 
 
 def gate_span(parameters: RadarParameters, gate: int, lengths: Lengths) -> str:
-    """Return where a gate begins and ends, such as "0.75–1.5 m"; the nearest `gate` is 0."""
-    first, last = (round((gate + end) * parameters.gate_length, 3) for end in (0, 1))
+    """Return where the half of a gate around its middle is, such as "1.125–1.875 m".
+
+    `gate` is its number from 0.
+    """
+    first, last = (round(max(gate + end, 0.0) * parameters.gate_length, 3) for end in (-0.5, 0.5))
     return f"{typed(first / lengths.metres, '')}–{lengths.typed(last)}"
 
 
@@ -209,12 +239,10 @@ def draw(layout: Any, context: Context, sensor: Sensor, seen: ReadingText) -> No
         # The panel shows the problem.
         return
     found = gate_energies(text)
-    needed = [parameters.thresholds(f"{name}_thresholds") for name in ("moving", "still")]
+    needed = calibration(parameters).thresholds
     column = layout.column(align=True)
     for number, energies in enumerate(found[:BARS]):
-        detects = number < parameters.gates and any(
-            energy > most[number] for energy, most in zip(energies, needed, strict=True)
-        )
+        detects = number < parameters.gates and any(np.array(energies) > needed[:, number])
         moving, still = energies
         words = f"{gate_span(parameters, number, lengths)}: moving {moving:.0f}, still {still:.0f}"
         row = column.row(align=True)

@@ -10,10 +10,25 @@ from .figure import HOUSINGS, draw, edge_handle, frame_figure, pixels_figure, pl
 
 SECTIONS = (
     ("Detection", ("threshold", "min_pixels", "hold_time", "background", "background_time")),
-    ("Pixels", ("columns", "rows", "horizontal_fov", "vertical_fov", "rays")),
+    ("Pixels", ("columns", "rows", "horizontal_fov", "vertical_fov", "rays", "blur")),
     (
         "Device",
-        ("netd", "offset_sigma", "resolution", "coldest", "hottest", "settling_time"),
+        (
+            "netd",
+            "noise_rise",
+            "noise_corner",
+            "frame_noise",
+            "offset_sigma",
+            "fixed_pattern",
+            "frame_drift",
+            "pixel_drift",
+            "drift_time",
+            "resolution",
+            "coldest",
+            "hottest",
+            "settling_time",
+            "mean_of",
+        ),
     ),
     ("Output", ("report_step", "keep_frames")),
 )

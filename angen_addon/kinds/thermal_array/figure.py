@@ -171,5 +171,5 @@ def _can() -> Housing:
     return _on_board(Housing().lathe(outline), 0.005)
 
 
-MELEXIS = ("MLX90640_BAA", "MLX90640_BAB", "MLX90641_BCA")
-HOUSINGS = {"": _grid_eye, **dict.fromkeys(MELEXIS, _can)}
+CANS = ("MLX90640_BAA", "MLX90640_BAB", "MLX90641_BCA", "HTPA32")
+HOUSINGS = {"": _grid_eye, **dict.fromkeys(CANS, _can)}

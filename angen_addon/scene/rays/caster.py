@@ -378,7 +378,7 @@ class RayCaster:
 
     def _passes(self, sensor: Uid) -> NDArray[np.bool_]:
         """Return the mask (n,) of the solids that the rays of a sensor pass through."""
-        return self.solids.owned_by(sensor)
+        return self.solids.passed_by(sensor)
 
     def _no_hits(self, length: Array) -> RayHits:
         count = len(length)

@@ -79,14 +79,14 @@ class SceneRayCaster:
         return limit
 
     def _counts(self, sensor: Uid, seen: Any, matrix: Any) -> bool:
-        """Return whether the hit object is a solid that does not belong to the sensor."""
+        """Return whether the hit object is a solid that stops the sensor's rays."""
         uid = seen.original.session_uid
         rows = self._rows.get(uid, ())
         solids = self.solids.solids
         if uid not in self.solids.instanced:
-            return any(sensor not in solids[row].owners for row in rows)
+            return not all(solids[row].is_passed_by(sensor) for row in rows)
         here = np.array(matrix, np.float64)
         for row in rows:
             if np.allclose(self.solids.matrix[row], here, rtol=1e-6, atol=1e-6):
-                return sensor not in solids[row].owners
+                return not solids[row].is_passed_by(sensor)
         return False

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ....sensor_logic.model import Array
 from ..animation import may_set
-from ..instances import UNUSED_LEVEL, Paths, Uid, chain, parts_of_instances
+from ..instances import UNUSED_LEVEL, Paths, Uid, chain, is_housing, parts_of_instances
 from ..timed import INSTANCING_MODIFIERS
 from .geometry import SURFACE_TYPES, Geometry, MadeByNodes, made_shape, mesh_shared_by
 
@@ -150,6 +150,8 @@ class Solid:
     owners
         Session uids of `owner` and its parents, and paths of sensors in instances that hold the
         solid.
+    is_housing
+        Whether it is the housing of a sensor, which all sensors see through.
     moving
         Whether the solid has changed at least once.
     name
@@ -162,6 +164,7 @@ class Solid:
 
     __slots__ = (
         "geometry",
+        "is_housing",
         "key",
         "moving",
         "name",
@@ -180,8 +183,13 @@ class Solid:
         self.original: Any = None
         self.owner: Any = None
         self.owners: frozenset[Uid] = frozenset()
+        self.is_housing = False
         self.geometry: Geometry
         self.row = -1
+
+    def is_passed_by(self, uid: Uid) -> bool:
+        """Return whether the rays of a sensor pass through the solid."""
+        return self.is_housing or uid in self.owners
 
 
 class Solids:
@@ -349,6 +357,13 @@ class Solids:
         """Return the mask (n,) of the solids that belong to a sensor: its mesh and its children."""
         return np.fromiter((uid in s.owners for s in self.solids), bool, len(self.solids))
 
+    def passed_by(self, uid: Uid) -> NDArray[np.bool_]:
+        """Return the mask (n,) of the solids that the rays of a sensor pass through.
+
+        These are its own, and the housings of all sensors.
+        """
+        return np.fromiter((s.is_passed_by(uid) for s in self.solids), bool, len(self.solids))
+
     def clear_noted(self) -> None:
         """Delete the stored changes, once a copied frame includes them."""
         self._scene_noted = False
@@ -494,6 +509,7 @@ class Solids:
             solid.name = name_of(original, owner, made_by_nodes)
             solid.original, solid.owner = original, owner
             solid.owners = frozenset(obj.session_uid for obj in chain(owner))
+            solid.is_housing = is_housing(original)
             if instance.is_instance:
                 solid.owners |= paths.owners(instance)
             self._by_key[key] = solid

@@ -205,7 +205,7 @@ class Sweeper:
             if stands and earlier == STANDS and not any(found):
                 # A solid that has been in the beam before does not cross it.
                 break
-            if sensor in solid.owners or not solid.geometry.lasting:
+            if solid.is_passed_by(sensor) or not solid.geometry.lasting:
                 continue
             matrix = _relative_to(centre, now.matrix[row])
             first = matrix if earlier == STANDS else _relative_to(centre, before.matrix[earlier])

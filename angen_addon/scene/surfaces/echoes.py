@@ -8,8 +8,9 @@ let waves pass alone, find what each ray crosses before that.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import bpy
@@ -18,14 +19,14 @@ from numpy.typing import NDArray
 
 from ....sensor_logic.model import Answers, Array, Index
 from ....sensor_logic.radio.echoes import ECHOES, Echoes
-from ....sensor_logic.radio.properties import AUTO, THICKNESS, YES
+from ....sensor_logic.radio.properties import AUTO, THICKNESS, THIN, YES, is_textile
 from ....sensor_logic.radio.substances import attenuation, reflectance
 from ..animation import may_set
 from ..bearers import armatures, bearer, candidates
 from ..instances import Uid
 from ..rays.caster import NOTHING, RayCaster, RayHits, Rays
-from ..rays.frames import Frames
 from ..rays.geometry import Surface
+from ..rays.places import SolidPlaces
 from ..rays.solids import Solid, Solids, inverted
 from ..sensors import unit_scale
 from .probe import SurfaceProbe
@@ -37,7 +38,9 @@ MOST_SURFACES = 64
 # The next cast begins this far behind a surface, in m.
 BEHIND = 1e-4
 # What everything is made of that has no substance, and living bodies.
-DEFAULT, BODY = "CONCRETE", "BODY"
+DEFAULT, BODY, TEXTILE = "CONCRETE", "BODY", "TEXTILE"
+# The times in s and the places of solids at successive steps.
+Past = Sequence[tuple[float, SolidPlaces]]
 PARTS = RADAR, BREATHING = "angen_radar", "angen_breathing"
 
 
@@ -154,26 +157,6 @@ def _is_same(known: tuple[Rays, Index, _Entries], rays: Rays, version: Index) ->
     return np.array_equal(known[1], version) and all(map(np.array_equal, known[0], rays))
 
 
-class _Places:
-    """Where all solids were at the previous query of a bundle, by their numbers."""
-
-    def __init__(self, solids: Solids, frames: Frames, frame: int, version: Index) -> None:
-        self._listing, self._version = solids.listing, version
-        self.number = np.array([solid.number for solid in solids.solids], np.intp)
-        self.matrix = solids.matrix.copy()
-        self.matrix[frames.rows] = frames.matrix[frame]
-        self.surfaces = [frames.surface(solids, row, frame) for row in range(len(self.number))]
-        self._row = {number: row for row, number in enumerate(self.number.tolist())}
-
-    def is_at(self, listing: int, version: Index) -> bool:
-        """Return whether no solid has changed up to these versions (n,) of the list of solids."""
-        return self._listing == listing and np.array_equal(self._version, version)
-
-    def row_of(self, number: int) -> int | None:
-        """Return the row of the solid with a number; None if it did not exist."""
-        return self._row.get(number)
-
-
 class EchoProbe(SurfaceProbe):
     """Reads `Echoes`."""
 
@@ -192,30 +175,35 @@ class EchoProbe(SurfaceProbe):
         self._names: dict[int, str] = {}
         self._made_of: dict[int, list[tuple[str, float]]] = {}
         self._by_frequency: dict[float, _Substances] = {}
-        self._places: dict[tuple[Uid, int], _Places] = {}
 
     def _see(
         self, depsgraph: Any, sensor: Uid, bundle: int, rays: Rays, frames: Index, *details: Any
     ) -> Answers:
-        """Return the `Echoes` at each frame; `details` has the carrier frequency in GHz."""
+        """Return the `Echoes` at each frame.
+
+        `details` has the carrier frequency in GHz, the integration time in s and, for each frame,
+        the times and the places of solids at the steps in it. The last of them is the frame itself.
+        Without these places, all speeds are 0.
+        """
         at, metres = self._substances(float(details[0])), unit_scale(depsgraph.scene)
         self._casting = at.stopping
         for caster in (at.stopping, at.passing):
             caster.show(depsgraph, self._rays.frames)
         entries = at.entries(sensor, bundle, rays, frames, BEHIND / metres)
         found = at.stopping.see_at(sensor, bundle, rays, frames)
-        motion = self._motion(sensor, bundle, rays, frames, found)
+        pasts: Sequence[Past] = details[2] if len(details) > 2 else [()] * len(frames)
+        speeds = [_speeds(past, rays, found[i]) for i, past in enumerate(pasts)]
         table: list[Echoes] = []
         rows = np.zeros(len(frames), np.intp)
         for i in range(len(frames)):
             same = i > 0 and found.rows[i] == found.rows[i - 1] and entries[i] is entries[i - 1]
-            if not same or motion[i].any() or motion[i - 1].any():
-                table.append(self._echoes(at, found[i], entries[i], motion[i], metres))
+            if not same or speeds[i].any() or speeds[i - 1].any():
+                table.append(self._echoes(at, found[i], entries[i], speeds[i], metres))
             rows[i] = len(table) - 1
         return Answers(table, rows)
 
     def _echoes(
-        self, at: _Substances, seen: RayHits, entries: _Entries, moved: Array, metres: float
+        self, at: _Substances, seen: RayHits, entries: _Entries, speed: Array, metres: float
     ) -> Echoes:
         before = entries.distance < seen.ranges[entries.ray]
         ray, number = entries.ray[before], entries.number[before]
@@ -224,39 +212,14 @@ class EchoProbe(SurfaceProbe):
             names.setdefault(one, []).append(self._names[solid])
         return Echoes(
             ranges=seen.ranges * metres,
-            moved=moved * metres,
+            speed=speed * metres,
             breathing=self._breathing[seen.met],
             rate=self._rate[seen.met],
-            loss=np.bincount(ray, at.loss[number], len(moved)).astype(np.float64),
+            loss=np.bincount(ray, at.loss[number], len(seen.met)).astype(np.float64),
             reflectance=at.reflectance[seen.met],
             solid=seen.met.astype(np.intp),
             through={one: tuple(passed) for one, passed in names.items()},
         )
-
-    # Motion of the surfaces.
-
-    def _motion(
-        self, sensor: Uid, bundle: int, rays: Rays, frames: Index, found: Answers
-    ) -> list[Array]:
-        """Return how far the hit points moved along the rays since the previous frame queried.
-
-        The result has an array (n,) in Blender units for each frame.
-        """
-        solids, at = self._rays.solids, self._rays.frames
-        before = self._places.get((sensor, bundle))
-        motion = []
-        for i, frame in enumerate(frames.tolist()):
-            version = solids.version.copy()
-            version[at.rows] = at.version[frame]
-            if before is not None and before.is_at(solids.listing, version):
-                motion.append(np.zeros(len(rays[2])))
-                continue
-            now = _Places(solids, at, frame, version)
-            motion.append(_moved(before, now, rays, found[i]))
-            before = now
-        if before is not None:
-            self._places[sensor, bundle] = before
-        return motion
 
     # Substances and breathing.
 
@@ -274,7 +237,8 @@ class EchoProbe(SurfaceProbe):
         for solid in solids.solids:
             materials = [by_uid.get(uid) for uid in solid.geometry.materials(depsgraph)]
             self._names[solid.number] = solid.name
-            self._made_of[solid.number] = list(_made_of(solid, materials, depsgraph))
+            found = _made_of(solid, materials, depsgraph, unit_scale(depsgraph.scene))
+            self._made_of[solid.number] = list(found)
             breath = _breath(solid.original, depsgraph)
             self._breathing[solid.number], self._rate[solid.number] = breath
 
@@ -299,16 +263,47 @@ class EchoProbe(SurfaceProbe):
         return self._by_frequency[frequency]
 
 
-def _made_of(solid: Solid, materials: Iterable[Any], depsgraph: Any) -> Iterable[tuple[str, float]]:
-    """Yield the substances of a solid, each with the thickness in m of a crossing."""
+def _made_of(
+    solid: Solid, materials: Sequence[Any], depsgraph: Any, metres: float
+) -> Iterable[tuple[str, float]]:
+    """Yield the substances of a solid, each with the thickness in m of a crossing.
+
+    `materials` are its materials, or None for an empty slot. `metres` is the length of a Blender
+    unit.
+    """
     own = _substance_of(solid.original, depsgraph) or _substance_of(solid.owner, depsgraph)
     of_materials = [_substance_of(m, depsgraph) for m in materials if m is not None]
     known = [own] if own else [found for found in of_materials if found]
     if known:
         yield from known
     else:
-        substance = DEFAULT if _living(solid.original) is None else BODY
+        substance = DEFAULT
+        if _living(solid.original) is not None:
+            substance = BODY
+        elif _is_textile(solid, materials, metres):
+            substance = TEXTILE
         yield substance, THICKNESS[substance]
+
+
+def _is_textile(solid: Solid, materials: Sequence[Any], metres: float) -> bool:
+    """Return whether a solid bends as cloth, or is thin and named as textile.
+
+    `materials` and `metres` are as for `_made_of`.
+    """
+    obj = solid.original
+    if any(modifier.type == "CLOTH" for modifier in obj.modifiers):
+        return True
+    if not is_textile(obj.name, [material.name for material in materials if material is not None]):
+        return False
+    # As modelled: a mesh that bends stays what it is.
+    if obj.type == "MESH" and len(obj.data.vertices):
+        points = np.empty(len(obj.data.vertices) * 3, np.float32)
+        obj.data.vertices.foreach_get("co", points)
+        size = np.ptp(points.reshape(-1, 3), axis=0)
+    else:
+        size = solid.geometry.hi - solid.geometry.lo
+    scale = np.linalg.norm(np.array(obj.matrix_world)[:3, :3], axis=0)
+    return bool((size * scale).min() * metres <= THIN)
 
 
 def _substance_of(owner: Any, depsgraph: Any) -> tuple[str, float] | None:
@@ -341,56 +336,86 @@ def _breath(obj: Any, depsgraph: Any) -> tuple[float, float]:
     return float(f"{settings.displacement:.7g}"), float(f"{settings.rate:.7g}")
 
 
-def _moved(before: _Places | None, now: _Places, rays: Rays, seen: RayHits) -> Array:
-    """Return how far (n,) the points that rays hit moved along the rays, in Blender units.
+def _speeds(past: Past, rays: Rays, seen: RayHits) -> Array:
+    """Return the radial speeds (m, n) of the points that rays hit, in Blender units per second.
 
-    A solid that did not exist before has not moved.
+    `past` has the times and places of m + 1 steps, the last at the hits. A solid that did not exist
+    before has not moved. Where nothing moved, return one part of zeros.
     """
     origins, directions, _ = rays
-    moved = np.zeros(len(seen.met))
-    if before is None:
-        return moved
-    for number in np.unique(seen.met[seen.met != NOTHING]).tolist():
-        row, then = now.row_of(number), before.row_of(number)
-        if row is None or then is None:
-            continue
-        surfaces = before.surfaces[then], now.surfaces[row]
-        matrices = before.matrix[then], now.matrix[row]
-        if surfaces[0] is surfaces[1] and np.array_equal(*matrices):
-            continue
+    moved = [now.moved_since(then) for (_, then), (_, now) in pairwise(past)]
+    speeds = np.zeros((max(1, len(moved)), len(seen.met)))
+    for number in sorted(frozenset().union(*moved)):
         which = np.flatnonzero(seen.met == number)
-        points = origins[which] + directions[which] * seen.ranges[which, None]
-        inverse = inverted(matrices[1])
-        local = points @ inverse[:3, :3].T + inverse[:3, 3]
-        if surfaces[0] is not surfaces[1]:
-            local = _carried_back(local, seen.faces[which], *surfaces)
-        earlier = local @ matrices[0][:3, :3].T + matrices[0][:3, 3]
-        moved[which] = ((points - earlier) * directions[which]).sum(axis=1)
-    return moved
+        if len(which):
+            ways = directions[which]
+            points = origins[which] + ways * seen.ranges[which, None]
+            along = _along(past, moved, number, points, ways, seen.faces[which])
+            seconds = np.diff([time for time, _ in past])
+            speeds[:, which] = np.diff(along, axis=0) / seconds[:, None]
+    return speeds if speeds.any() else speeds[:1]
 
 
-def _carried_back(points: Array, faces: Index, before: Surface, now: Surface) -> Array:
-    """Return where points (k, 3) of the surface `now` were on the surface `before`.
+def _along(
+    past: Past, moved: list[frozenset[int]], number: int, points: Array, ways: Array, faces: Index
+) -> Array:
+    """Return how far (m + 1, k) along the rays the material points of a solid were at each step.
+
+    Parameters
+    ----------
+    past
+        The times and places of m + 1 steps.
+    moved
+        The numbers of the solids that moved in each of the m parts.
+    number
+        The number of the solid.
+    points, faces
+        The points (k, 3) that rays hit at the last step, and the faces (k,).
+    ways
+        The directions (k, 3) of the rays.
+    """
+    state = past[-1][1].of(number)
+    assert state is not None
+    matrix, now = state
+    inverse = inverted(matrix)
+    # The points in the space of the solid, and how those on a surface follow its vertices.
+    local = points @ inverse[:3, :3].T + inverse[:3, 3]
+    surface, vertices, weights = now, None, np.empty(0)
+    along = [(points * ways).sum(axis=1)]
+    for (_, places), changed in zip(past[-2::-1], moved[::-1], strict=True):
+        state = places.of(number) if number in changed else None
+        if state is None:
+            along.append(along[-1])
+            continue
+        matrix = state[0]
+        if state[1] is not surface:
+            surface = state[1]
+            if surface.points.shape == now.points.shape and surface.has_faces_of(now):
+                if vertices is None:
+                    vertices, weights = _on_faces(local, faces, now)
+                local = (surface.points[:, vertices] * weights).sum(axis=1).T
+        along.append(((local @ matrix[:3, :3].T + matrix[:3, 3]) * ways).sum(axis=1))
+    return np.array(along[::-1])
+
+
+def _on_faces(points: Array, faces: Index, surface: Surface) -> tuple[Index, Array]:
+    """Return the vertices (3, k) of a surface between which points (k, 3) are, and their weights.
 
     `faces` (k,) has the face of each point. A point keeps its barycentric coordinates in a triangle
-    of its face. If the faces have changed, return `points`.
+    of its face, the weights (3, k). In a triangle without an area, it keeps to the first vertex.
     """
-    if before.points.shape != now.points.shape or not np.array_equal(before.corners, now.corners):
-        return points
-    corners, face = now.triangles
-    first = np.minimum(np.searchsorted(face, faces), len(face) - 1)
-    a, b, c = (now.points[:, corner].T.astype(np.float64) for corner in corners[:, first])
+    corners, face = surface.triangles
+    vertices = corners[:, np.minimum(np.searchsorted(face, faces), len(face) - 1)]
+    a, b, c = (surface.points[:, corner].T.astype(np.float64) for corner in vertices)
     u, v, w = b - a, c - a, points - a
     uu, uv, vv = (u * u).sum(1), (u * v).sum(1), (v * v).sum(1)
     wu, wv = (w * u).sum(1), (w * v).sum(1)
     area = uu * vv - uv * uv
     flat = area <= 1e-12 * uu * vv
     area = np.where(flat, 1.0, area)
-    s = np.where(flat, 0.0, (vv * wu - uv * wv) / area)[:, None]
-    t = np.where(flat, 0.0, (uu * wv - uv * wu) / area)[:, None]
-    a, b, c = (before.points[:, corner].T.astype(np.float64) for corner in corners[:, first])
-    found: Array = a + s * (b - a) + t * (c - a)
-    return np.where(flat[:, None], points, found)
+    s = np.where(flat, 0.0, (vv * wu - uv * wv) / area)
+    t = np.where(flat, 0.0, (uu * wv - uv * wu) / area)
+    return vertices, np.stack([1.0 - s - t, s, t])
 
 
 PROBE = EchoProbe

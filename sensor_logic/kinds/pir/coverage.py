@@ -21,15 +21,14 @@ from ...kind import RAYS, WARMTH
 from ...model import Array, Update
 from ...physics import STEFAN_BOLTZMANN, radiosity
 from ...wording import ZERO_CELSIUS
-from .lenses import zone_rays
 from .pyroelectric import (
     SAMPLE_EVERY,
     SIGHT,
     Response,
     filtered,
+    rays_of,
     response_of,
     threshold_of,
-    zones_of,
 )
 from .range_scan import PirParameters, fan_directions
 
@@ -61,7 +60,7 @@ def view(parameters: PirParameters, update: Update, rate: float) -> DetectorView
 
 
 def _warm_view(parameters: PirParameters, update: Update, rate: float) -> WarmView:
-    local = zone_rays(zones_of(parameters), parameters.zone_rays)
+    local = rays_of(parameters)
     directions = local.directions @ update.pose.axes.T
     origins = update.pose.origin + directions * parameters.range_min
     reach = np.full(len(directions), SIGHT)

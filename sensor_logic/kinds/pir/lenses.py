@@ -13,13 +13,13 @@ import io
 import math
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...error import InputError
-from ...kind import Preset
+from ...kind import Preset, parts_with
 from ...model import Array
 
 # The detection zones of a lens, as a table that users can write, and as rays.
@@ -30,6 +30,8 @@ WIDEST = math.radians(90.0)
 MAX_ZONES = 2000
 # The rays in a zone form a lattice in which no two rays share a column or a row.
 GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
+# Standard deviations beyond the edges of a blurred zone within which its rays are.
+TAILS = 5.0
 
 
 @dataclass(frozen=True)
@@ -103,15 +105,21 @@ class ZoneRays(NamedTuple):
 
 # Keyed by lens and number of rays: without the cache, each update takes 3 ms more.
 @lru_cache(maxsize=64)
-def zone_rays(zones: Zones, count: int) -> ZoneRays:
-    """Return `count` rays in each zone, spread evenly."""
+def zone_rays(zones: Zones, count: int, blur: float = 0.0) -> ZoneRays:
+    """Return `count` rays in each zone.
+
+    Each ray stands for the same share of the zone's sensitivity. With a `blur` of 0 the rays are
+    spread evenly between the zone's edges. Otherwise the sensitivity is that of the sharp zone,
+    blurred by a Gaussian whose standard deviation is `blur` (rad).
+    """
     i = np.arange(count) + 0.5
-    across, along = 2.0 * i / count - 1.0, 2.0 * ((i * GOLDEN) % 1.0) - 1.0
+    across, along = np.asarray([i / count, (i * GOLDEN) % 1.0], np.float64)
+    sigma = math.tan(blur)
     directions = np.empty((len(zones), count, 3))
     weights = np.empty((len(zones), count))
     for row, zone in enumerate(zones):
-        x = across * math.tan(zone.width / 2)
-        y = along * math.tan(zone.height / 2)
+        x = _places(across, math.tan(zone.width / 2), sigma)
+        y = _places(along, math.tan(zone.height / 2), sigma)
         up = np.cross(zone.right, zone.axis)
         ahead = zone.axis + np.outer(x, zone.right) + np.outer(y, up)
         directions[row] = ahead / np.linalg.norm(ahead, axis=1)[:, None]
@@ -121,6 +129,28 @@ def zone_rays(zones: Zones, count: int) -> ZoneRays:
     for array in made:
         array.flags.writeable = False
     return made
+
+
+def _places(shares: Array, half: float, sigma: float) -> Array:
+    """Return the places (n,) below which `shares` (n,) of a blurred interval lie.
+
+    The interval from −half to half is blurred by a Gaussian of standard deviation `sigma`.
+    """
+    if sigma == 0.0:
+        return (2.0 * shares - 1.0) * half
+    place = np.linspace(-half - TAILS * sigma, half + TAILS * sigma, 801)
+    below = (_normal_sum(place + half, sigma) - _normal_sum(place - half, sigma)) / (2.0 * half)
+    found: Array = np.interp(shares, below, place)
+    return found
+
+
+def _normal_sum(x: Array, sigma: float) -> Array:
+    """Return the integral (n,) of the normal distribution function from −∞ to `x` (n,)."""
+    z = x / sigma
+    erf = np.array([math.erf(value) for value in (z / math.sqrt(2.0)).tolist()])
+    density = np.exp(-(z**2) / 2.0) / math.sqrt(2.0 * math.pi)
+    found: Array = sigma * (z * (1.0 + erf) / 2.0 + density)
+    return found
 
 
 # Keyed by the text: without the cache, each update takes 0.6 ms more.
@@ -215,7 +245,8 @@ class Lens:
     number
         The number that blend files store for the lens; it is never reused.
     detection_distance
-        The distance in m at which the detector just detects its standard target.
+        The distance in m at which the detector just detects its standard target: that of Panasonic,
+        or a person for the HC-SR501.
     source
         The publication, and the values that it gives.
     assumed
@@ -333,10 +364,13 @@ LENSES: dict[str, Lens] = {
             "HC_SR501",
             1,
             "HC-SR501 dome",
-            7.0,
-            ring(0, 1, dual(11.5)) + ring(25, 6, dual(11.5)) + ring(47, 12, dual(11.5)),
-            "module data sheet: 7 m, below 120°, dome of 23 mm, sensor LHi 778; 110° cone at "
-            "radiolocman.com",
+            5.0,
+            ring(0, 1, dual(11.5))
+            + ring(25, 6, dual(11.5))
+            + ring(47, 12, dual(11.5))
+            + ring(66, 16, dual(11.5)),
+            "module data sheet: 7 m, dome of 23 mm, sensor LHi 778. Measured: it sees a person who "
+            "crosses at 5 m and not at 6 m, and trunks at 45° to 75° beside its axis at 1 m",
             f"{ASSUMED_ROWS}; focal length half of the dome's diameter; elements of 1 × 2 mm",
         ),
         Lens(
@@ -421,41 +455,73 @@ LENSES: dict[str, Lens] = {
 }
 
 
-def _preset(
-    lens: str, label: str, hold: float, block: float, warm_up: float, timing: str
-) -> Preset:
-    known = LENSES[lens]
-    values = {
-        "model": "PYROELECTRIC",
-        "lens": lens,
-        "lens_table": None,
-        "range_max": known.detection_distance,
-        "hold_time": hold,
-        "blocking_time": block,
-        "warm_up_time": warm_up,
-        "retrigger": True,
-        "blanking_time": 0.0,
-        "message_delay": 0.0,
-    }
-    source = f"{known.source}. {timing}. Assumed: {known.assumed}"
-    return Preset(lens, label, values, source)
+# Every preset of a part sets these parameters, so that none keeps values of an earlier preset.
+pyroelectric_part = parts_with(
+    model="PYROELECTRIC",
+    lens_table=None,
+    zone_rays=12,
+    lens_blur=0.0,
+    target="PLATE",
+    target_contrast=4.0,
+    low_cut=0.3,
+    high_cut=8.0,
+    hold_time=0.0,
+    blocking_time=0.0,
+    warm_up_time=0.0,
+    retrigger=True,
+    blanking_time=0.0,
+    message_delay=0.0,
+)
+SHARP = "sharp edges of the zones"
+
+
+def _preset(identifier: str, label: str, timing: str, **values: Any) -> Preset:
+    """Return the preset of the lens with the same identifier; `timing` is the source of times."""
+    lens = LENSES[identifier]
+    source = f"{lens.source}. {timing}. Assumed: {lens.assumed}; {SHARP}"
+    distance = lens.detection_distance
+    return pyroelectric_part(
+        identifier, label, source, lens=identifier, range_max=distance, **values
+    )
+
+
+def _hc_sr501(identifier: str, label: str, distance: float, trimmer: str) -> Preset:
+    """Return a preset of the HC-SR501 that just detects a walking person at `distance` (m)."""
+    lens = LENSES["HC_SR501"]
+    source = (
+        f"{lens.source}. Distance: measured, {trimmer}. Pulse of 3.46 s, the shortest: measured. "
+        "Block time 2.5 s, 1 minute of initialization: module data sheet. "
+        f"Assumed: {lens.assumed}; blur of 1°; band from 1.6 to 16 Hz (10 kΩ with 10 µF, 1 MΩ with "
+        "10 nF, as usual with the BISS0001)"
+    )
+    return pyroelectric_part(
+        identifier,
+        label,
+        source,
+        lens="HC_SR501",
+        range_max=distance,
+        zone_rays=24,
+        lens_blur=math.radians(1.0),
+        target="PERSON",
+        target_contrast=3.0,
+        low_cut=1.6,
+        high_cut=16.0,
+        hold_time=3.46,
+        blocking_time=2.5,
+        warm_up_time=60.0,
+    )
 
 
 NO_TIMES = "Its times are not known: none is set"
+STABLE = "30 s to stabilize"
 LENS_PRESETS: tuple[Preset, ...] = (
-    _preset(
-        "HC_SR501",
-        "HC-SR501",
-        0.3,
-        2.5,
-        60.0,
-        "Delay from 0.3 s, block time 2.5 s, 1 minute of initialization",
-    ),
-    _preset("EKMC1601111", "Panasonic EKMC1601111 (5 m)", 0.0, 0.0, 30.0, "30 s to stabilize"),
-    _preset("EKMC1603111", "Panasonic EKMC1603111 (12 m)", 0.0, 0.0, 30.0, "30 s to stabilize"),
-    _preset("EKMC1604111", "Panasonic EKMC1604111 (wall)", 0.0, 0.0, 30.0, "30 s to stabilize"),
-    _preset("CEILING", "Ceiling, 360°", 0.0, 0.0, 0.0, NO_TIMES),
-    _preset("PET_IMMUNE", "Pet-immune", 0.0, 0.0, 0.0, NO_TIMES),
-    _preset("CURTAIN", "Curtain", 0.0, 0.0, 0.0, NO_TIMES),
-    _preset("SPACETI_WALL", "Spaceti room occupancy (wall)", 0.0, 0.0, 0.0, NO_TIMES),
+    _hc_sr501("HC_SR501", "HC-SR501", 5.0, "trimmer in the middle"),
+    _hc_sr501("HC_SR501_MAX", "HC-SR501, trimmer at its end", 7.0, "trimmer at its end"),
+    _preset("EKMC1601111", "Panasonic EKMC1601111 (5 m)", STABLE, warm_up_time=30.0),
+    _preset("EKMC1603111", "Panasonic EKMC1603111 (12 m)", STABLE, warm_up_time=30.0),
+    _preset("EKMC1604111", "Panasonic EKMC1604111 (wall)", STABLE, warm_up_time=30.0),
+    _preset("CEILING", "Ceiling, 360°", NO_TIMES),
+    _preset("PET_IMMUNE", "Pet-immune", NO_TIMES),
+    _preset("CURTAIN", "Curtain", NO_TIMES),
+    _preset("SPACETI_WALL", "Spaceti room occupancy (wall)", NO_TIMES),
 )

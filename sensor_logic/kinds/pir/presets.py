@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 
 from ...kind import Preset
-from .lenses import LENS_PRESETS, LENSES
+from .lenses import LENS_PRESETS, LENSES, SHARP, pyroelectric_part
 
 
 def _range_scan(
@@ -48,24 +48,21 @@ def _range_scan(
 
 def _real_home(identifier: str, label: str, lens: str) -> Preset:
     """Return a preset of a wireless detector, fitted to recordings of a home (docs/pir.md)."""
-    values = {
-        "model": "PYROELECTRIC",
-        "lens": lens,
-        "lens_table": None,
-        "range_max": LENSES[lens].detection_distance,
-        "hold_time": 1.125,
-        "blocking_time": 0.0,
-        "warm_up_time": 0.0,
-        "retrigger": True,
-        "blanking_time": 0.5625,
-        "message_delay": 0.015,
-    }
     source = (
         "CASAS home AL, 30 days: the hold is 6 ticks of 3/16 s, a detector ignores movement for 3 "
         "ticks after each message, and messages are delayed by 15 ms on average. Assumed: the "
-        f"lens ({LENSES[lens].label}), as none is known"
+        f"lens ({LENSES[lens].label}), as none is known; {SHARP}"
     )
-    return Preset(identifier, f"Real home (CASAS), {label}", values, source)
+    return pyroelectric_part(
+        identifier,
+        f"Real home (CASAS), {label}",
+        source,
+        lens=lens,
+        range_max=LENSES[lens].detection_distance,
+        hold_time=1.125,
+        blanking_time=0.5625,
+        message_delay=0.015,
+    )
 
 
 PMOD_PIR = "30 s to stabilize as in Digilent's Pmod PIR reference manual for EKMC1601111"
@@ -95,12 +92,13 @@ PRESETS: tuple[Preset, ...] = (
     _range_scan(
         "HC_SR501",
         "HC-SR501",
-        "HC-SR501 module data sheet: 7 m, cone below 120°, delay from 0.3 s, block time 2.5 s; "
-        "1 minute of initialization as at escol.com.my. The delay is the trimmer's shortest",
-        range_max=7.0,
+        "HC-SR501 module data sheet: cone below 120°, block time 2.5 s; 1 minute of initialization "
+        "as at escol.com.my. Measured: a person who crosses is seen at 5 m and not at 6 m with the "
+        "trimmer in the middle; the shortest pulse",
+        range_max=5.0,
         horizontal=120.0,
         below=60.0,
-        hold=0.3,
+        hold=3.46,
         block=2.5,
         warm_up=60.0,
     ),

@@ -14,7 +14,7 @@ from ...kind import WARMTH
 from ...model import Array, Emission, Model, PerPose, Pose, Readings, Updates
 from ...physics import STEFAN_BOLTZMANN, OutputTiming, RadioTiming, radiosity
 from ...wording import ZERO_CELSIUS
-from .lenses import LENSES, Zone, Zones, read_table, zone_rays
+from .lenses import LENSES, Zone, ZoneRays, Zones, read_table, zone_rays
 
 if TYPE_CHECKING:
     from .range_scan import PirParameters
@@ -249,11 +249,14 @@ def _samples(response: Response, dt: float) -> Array:
 #
 # Data sheets give the distance at which a standard target is just detected: a plate of the size of
 # a person's trunk, a few degrees warmer than its surroundings, that crosses the view at walking
-# pace. The threshold is the largest signal of that crossing. So lenslet area, transmission,
-# responsivity and gain, which no data sheet gives together, are not needed.
+# pace. Measurements give the distance at which a person who crosses is just detected. The threshold
+# is the largest signal of that crossing. So lenslet area, transmission, responsivity and gain,
+# which no data sheet gives together, are not needed.
 
-# Panasonic's standard target (m) and its speed (m/s), and the room's temperature (K).
-WIDTH, HEIGHT, SPEED = 0.25, 0.7, 1.0
+# Width and height (m) of the targets: Panasonic's plate, and the silhouette of a person who stands
+# upright. Their speed (m/s), and the room's temperature (K).
+TARGETS = {"PLATE": (0.25, 0.7), "PERSON": (0.4, 1.7)}
+SPEED = 1.0
 ROOM = ZERO_CELSIUS + 20.0
 # Rays per zone, sampling interval (s), and time at rest before and after the crossing (s).
 DENSE, INTERVAL, REST = 400, 0.01, 3.0
@@ -263,19 +266,32 @@ REACH = 3.0
 
 # Keyed by the parameters: without the cache, each update takes 150 ms more.
 @lru_cache(maxsize=256)
-def threshold(zones: Zones, response: Response, distance: float, contrast: float) -> float:
+def threshold(
+    zones: Zones,
+    response: Response,
+    distance: float,
+    contrast: float,
+    target: str = "PLATE",
+    blur: float = 0.0,
+) -> float:
     """Return the threshold: the largest signal of the standard target, in W per m² of lenslet.
 
-    The target is `contrast` K warmer than the room and crosses the axis `distance` m away. It
-    crosses once at the elevation of each zone.
+    The parameters are as for `crossing_peak`.
     """
-    return crossing_peak(zones, response, distance, contrast)
+    return crossing_peak(zones, response, distance, contrast, target, blur)
 
 
 def crossing_peak(
-    zones: Zones, response: Response, distance: float, contrast: float, speed: float = SPEED
+    zones: Zones,
+    response: Response,
+    distance: float,
+    contrast: float,
+    target: str = "PLATE",
+    blur: float = 0.0,
 ) -> float:
     """Return the largest magnitude of the signal while the standard target crosses the lens's axis.
+
+    The target crosses once at the elevation of each zone.
 
     Parameters
     ----------
@@ -283,39 +299,45 @@ def crossing_peak(
         The distance of the target in m.
     contrast
         The temperature of the target minus the temperature of the room, in K.
-    speed
-        The speed of the target in m/s.
+    target
+        The key of the target in `TARGETS`.
+    blur
+        The blur of the lens in rad; see `zone_rays`.
 
     Returns
     -------
     The magnitude of the signal in W per m² of lenslet.
     """
     heights = sorted({zone.elevation for zone in zones})
-    powers = [_crossing(zones, distance, contrast, speed, height) for height in heights]
+    rays, size = zone_rays(zones, DENSE, blur), TARGETS[target]
+    powers = [_crossing(rays, size, distance, contrast, height) for height in heights]
     return float(np.abs(filtered(response, np.stack(powers, axis=1), INTERVAL)).max())
 
 
 def _crossing(
-    zones: Zones, distance: float, contrast: float, speed: float, elevation: float
+    rays: ZoneRays, size: tuple[float, float], distance: float, contrast: float, elevation: float
 ) -> Array:
-    """Return the power (k,) on the elements while the target crosses at `elevation` (rad)."""
-    rays = zone_rays(zones, DENSE)
+    """Return the power (k,) on the elements while a target crosses at `elevation` (rad).
+
+    `size` is the width and the height of the target in m.
+    """
+    width, height = size
     ahead = Zone(0.0, elevation, 0.0, 0.0, 1)
     depth = rays.directions @ ahead.axis
     seen = depth > 1e-3
     scale = distance / depth[seen]
     across = rays.directions[seen] @ ahead.right * scale
     above = rays.directions[seen] @ np.cross(ahead.right, ahead.axis) * scale
-    level = np.abs(above) <= HEIGHT / 2
+    level = np.abs(above) <= height / 2
     order = np.argsort(across[level])
     places = across[level][order]
     summed = np.concatenate([[0.0], np.cumsum(rays.weights[seen][level][order])])
     reach = min(distance, REACH)
-    middle = np.arange(-reach, reach, speed * INTERVAL)
+    middle = np.arange(-reach, reach, SPEED * INTERVAL)
     still = int(REST / INTERVAL)
     middle = np.concatenate([np.full(still, middle[0]), middle, np.full(still, middle[-1])])
-    covered = summed[np.searchsorted(places, middle + WIDTH / 2)]
-    covered = covered - summed[np.searchsorted(places, middle - WIDTH / 2)]
+    covered = summed[np.searchsorted(places, middle + width / 2)]
+    covered = covered - summed[np.searchsorted(places, middle - width / 2)]
     excess = STEFAN_BOLTZMANN * ((ROOM + contrast) ** 4 - ROOM**4) / math.pi
     power: Array = covered * excess
     return power
@@ -335,6 +357,11 @@ def zones_of(parameters: PirParameters) -> Zones:
     return LENSES[parameters.lens].zones
 
 
+def rays_of(parameters: PirParameters) -> ZoneRays:
+    """Return the rays of the detector's lens. Raise InputError if the user's table is invalid."""
+    return zone_rays(zones_of(parameters), parameters.zone_rays, parameters.lens_blur)
+
+
 def response_of(parameters: PirParameters) -> Response:
     """Return the filters of the detector."""
     return Response(
@@ -352,6 +379,8 @@ def threshold_of(parameters: PirParameters) -> float:
         response_of(parameters),
         parameters.range_max,
         parameters.target_contrast,
+        parameters.target,
+        parameters.lens_blur,
     )
 
 
@@ -359,10 +388,10 @@ class _Optics(NamedTuple):
     """The lens's rays in world space, and the detector's response, for one pose and parameters.
 
     The n rays have `origins` (n, 3), `directions` (n, 3), lengths `reach` (n,) in m and `weights`
-    (n,) in sr.
+    (n,) in sr. `lens` is the lens's zones and their blur in rad.
     """
 
-    zones: Zones
+    lens: tuple[Zones, float]
     origins: Array
     directions: Array
     reach: Array
@@ -377,16 +406,16 @@ class PyroelectricDetector(Model):
     def __init__(self) -> None:
         self._wired, self._radio = OutputTiming(), RadioTiming()
         self._optics = PerPose(_optics)
-        self._zones: Zones = ()
+        self._lens: tuple[Zones, float] = (), 0.0
         self._chain: Chain | None = None
         self._time = 0.0
 
     def sense(self, parameters: PirParameters, updates: Updates) -> Readings:
         """Return the readings; `updates` must follow the updates of the previous call."""
         optics = self._optics(parameters, updates.pose)
-        if optics.zones != self._zones:
+        if optics.lens != self._lens:
             # A change of the power caused by another lens is not movement.
-            self._zones, self._chain = optics.zones, None
+            self._lens, self._chain = optics.lens, None
         answers = updates.ask(WARMTH, 0, optics.origins, optics.directions, optics.reach)
         powers = np.array([net_power(optics.weights, emission) for emission in answers.table])
         signal = self._filter(optics.response, powers[answers.rows], updates.times)
@@ -432,10 +461,10 @@ def _delay(parameters: PirParameters, updates: Updates, i: int) -> float:
 
 
 def _optics(parameters: PirParameters, pose: Pose) -> _Optics:
-    zones = zones_of(parameters)
-    local = zone_rays(zones, parameters.zone_rays)
+    local = rays_of(parameters)
     directions = local.directions @ pose.axes.T
     origins = pose.origin + directions * parameters.range_min
     reach = np.full(len(directions), SIGHT)
-    rays = zones, origins, directions, reach, local.weights
+    lens = zones_of(parameters), parameters.lens_blur
+    rays = lens, origins, directions, reach, local.weights
     return _Optics(*rays, response_of(parameters), threshold_of(parameters))

@@ -64,6 +64,16 @@ class PirParameters(Parameters):
         pointer="Text",
         **PYRO,
     )
+    lens_blur: float = parameter(
+        0.0,
+        "Lens blur",
+        "Angle by which the lens blurs the edges of its zones (standard deviation). Blur weakens "
+        "movements that are small against a zone. 0: sharp edges",
+        unit="rad",
+        maximum=math.radians(10),
+        short="Blur",
+        **PYRO,
+    )
     zone_rays: int = parameter(
         12,
         "Rays a zone",
@@ -150,12 +160,22 @@ class PirParameters(Parameters):
     noise_sigma: float = parameter(
         0.0, "Noise", "Standard deviation of the noise on every range (Gaussian)", unit="m", **SCAN
     )
+    target: str = parameter(
+        "PLATE",
+        "Standard target",
+        "What is just detected at the detection distance when it passes at 1 m/s",
+        choices=(
+            Choice("PLATE", "Plate", "0.7 m by 0.25 m, as in Panasonic's data sheets", 0),
+            Choice("PERSON", "Person", "Upright, 1.7 m by 0.4 m", 1),
+        ),
+        short="Target",
+        **PYRO,
+    )
     target_contrast: float = parameter(
         4.0,
         "Target contrast",
-        "How much warmer than the room the standard target is (a plate of 0.7 m by 0.25 m that "
-        "passes at 1 m/s), which is just detected at the detection distance. "
-        "Datasheets: temperature difference",
+        "How much warmer than the room the standard target is. Clothes are about 3 K warmer than a "
+        "room of 27 °C. Datasheets: temperature difference",
         unit="K",
         positive=True,
         source="Panasonic PaPIRs data sheets",

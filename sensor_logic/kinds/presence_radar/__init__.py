@@ -58,6 +58,7 @@ KIND = Kind(
     ),
     model=PresenceRadar,
     needs={ECHOES: ()},
+    integrates="integration_time",
     in_room=True,
     presets=PRESETS,
     part="LD2410",

@@ -2,7 +2,7 @@
 """Coverage of presence radars: decide with the radar's own model whether it detects a motion.
 
 A body that walks, crawls or moves an arm is detected by the radial speed of its surface. A still
-body is detected by its breathing.
+body is detected by its breathing, as if it had moved before. Both by the mean of the fading.
 """
 
 from __future__ import annotations
@@ -21,12 +21,19 @@ from ...radio.echoes import ECHOES
 from ...radio.substances import reflectance
 from .parameters import RadarParameters
 from .radar import (
+    CELLS,
     NEAREST,
+    PERSON_BREATHING,
+    PERSON_RATE,
+    WINDOW,
     Beams,
     Calibration,
-    breathing_share,
+    amplitude,
+    breathing_speed,
     calibration,
-    gate_of,
+    cells_of,
+    doppler_weight,
+    gate_sums,
     radar_beams,
 )
 
@@ -41,15 +48,16 @@ def view(parameters: RadarParameters, update: Update, rate: float) -> DetectorVi
     """Return the view of a radar; its arguments are those of `Kind.view`."""
     beams = radar_beams(parameters, update.pose)
     rays = beams.origins, beams.directions
-    whole = update.ask(ECHOES, 0, *rays, beams.length, parameters.frequency)
+    how = parameters.frequency, parameters.integration_time
+    whole = update.ask(ECHOES, 0, *rays, beams.length, *how)
     count, farthest = len(beams.length), float(whole.ranges.max())
     step = max(STEP, farthest / max(1, MOST_LOSSES // count))
     loss = [np.zeros(count)]
     # Until the rays have passed all that they pass. One bundle: the scene keeps the last answer of
     # each.
     while not np.array_equal(loss[-1], whole.loss) and (len(loss) - 1) * step < farthest:
-        length = np.full(count, min(len(loss) * step, parameters.range_max))
-        loss.append(update.ask(ECHOES, 1, *rays, length, parameters.frequency).loss)
+        length = np.full(count, min(len(loss) * step, parameters.reach))
+        loss.append(update.ask(ECHOES, 1, *rays, length, *how).loss)
     known, origin = calibration(parameters), update.pose.origin
     return RadarView(parameters, known, origin, beams, whole.ranges, np.stack(loss), step, rate)
 
@@ -94,7 +102,7 @@ class RadarView:
         return self._rays.may_hit(motion, start)
 
     def strengths(self, motion: Motion, start: Start) -> Array:
-        """Return the largest power (m,) in a gate in each motion, divided by the power needed."""
+        """Return the largest amplitude (m,) in a gate in each motion, by that of its threshold."""
         strengths = np.zeros(len(start))
         near = np.flatnonzero(self.may_notice(motion, start))
         for rows in parts_of(near, len(self.free)):
@@ -105,34 +113,40 @@ class RadarView:
         return strengths
 
     def _strength(self, motion: Motion, start: Start, time: float) -> Array:
-        """Return the largest power (m,) in a gate at the update at `time`, by the power needed."""
-        parameters = self.parameters
+        """Return the largest ratio (m,) in a gate at the update at `time`."""
+        parameters, known = self.parameters, self.known
         seen = hits(motion, start, time, self._rays)
-        at = hit_distances(seen, parameters.range_min)
-        visible = at < self.free[seen.ray]
+        at = hit_distances(seen, parameters.range_min / parameters.range_scale)
+        visible = (at < self.free[seen.ray]) & (at < parameters.reach)
         body, ray, at = seen.body[visible], seen.ray[visible], at[visible]
         step = np.minimum(np.ceil(at / self.step).astype(np.intp), len(self.loss) - 1)
         power = reflectance("BODY", parameters.frequency) * self.beams.weight[ray]
         power = power / np.maximum(at, NEAREST) ** 2 * 10.0 ** (-0.2 * self.loss[step, ray])
+        channel, corner = (
+            (0, parameters.moving_corner) if motion.speed else (1, parameters.still_corner)
+        )
         if motion.speed:
             speed = self._radial_speed(motion, start, time, body, ray, at)
-            power, needed = power * (np.abs(speed) >= parameters.minimum_speed), "moving_needed"
         else:
-            power, needed = power * breathing_share(parameters), "still_needed"
-        cell = body * parameters.gates + gate_of(parameters, at)
-        in_gates = np.bincount(cell, power, len(start) * parameters.gates)
-        ratio = in_gates.reshape(len(start), -1) / getattr(self.known, needed)
-        strongest: Array = ratio.max(axis=1)
+            speed = breathing_speed(PERSON_BREATHING, PERSON_RATE)
+        size = cells_of(parameters)
+        cell = body * size + np.rint(at * (CELLS / parameters.bin_length)).astype(np.intp)
+        counts = np.bincount(cell, power * doppler_weight(speed, corner), len(start) * size)
+        cells = counts.astype(np.float64)
+        in_gates = gate_sums(cells.reshape(-1, size), WINDOW**2, parameters.gates)
+        floors = known.floors[channel]
+        found = np.where(in_gates > 0.0, known.gain[channel] * np.sqrt(in_gates) + floors, 0.0)
+        strongest: Array = (found / amplitude(parameters, known.thresholds[channel])).max(axis=1)
         return strongest
 
     def _radial_speed(
         self, motion: Motion, start: Start, time: float, body: Index, ray: Index, at: Array
     ) -> Array:
-        """Return the mean radial speed (k,) of hit points since the update before, in m/s.
+        """Return the mean radial speed (k,) of hit points in the integration time, in m/s.
 
         `body`, `ray` and `at` (k,) are those of the hits at `time`.
         """
-        ways, interval = self.beams.directions[ray], 1.0 / self.rate
+        ways, interval = self.beams.directions[ray], self.parameters.integration_time
         radial: Array
         gone = [np.minimum(motion.speed * one, start.length) for one in (time - interval, time)]
         rate = ((gone[1] - gone[0]) / interval)[body]

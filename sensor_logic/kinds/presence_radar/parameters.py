@@ -9,21 +9,28 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...model import Array
-from ...parameters import Parameters, parameter
+from ...parameters import Choice, Parameters, parameter
 from ...radio.substances import LIGHT_SPEED
 from ...wording import METRES, Advice, Lengths
 
 LD2410 = "Hi-Link, HLK-LD2410 user manual V1.02"
-LD2410_SERIAL = "Hi-Link, LD2410 serial communication protocol: factory settings"
+LD2410_SERIAL = "Hi-Link, LD2410C serial communication protocol V1.09: factory settings"
+MEASURED = "measured with an LD2410B: docs/presence_radar.md"
+# The scales of energies.
+AMPLITUDE, DECIBELS = "AMPLITUDE", "DECIBELS"
 MAX_RAYS = 100_000
 MAX_GATES = 1_000
 # m/s. What seems faster has jumped, as a replaced instance does, and does not count as moving.
 FASTEST = 10.0
-# A threshold that no energy exceeds.
-NEVER = 100.0
+# A threshold that no energy exceeds, and one that switches a gate off.
+NEVER, OFF = 100.0, 0.0
 # rad, m. Much narrower fields of view and longer ranges give powers that are no longer numbers.
 # NARROWEST is 1°, in the digits of single precision that Blender keeps.
 NARROWEST, FARTHEST = 0.01745329, 100.0
+
+# The parameters with a number for each gate: of movement, and of who only breathes.
+THRESHOLDS = "moving_thresholds", "still_thresholds"
+FLOORS = "moving_floors", "still_floors"
 
 
 @dataclass(frozen=True)
@@ -37,8 +44,9 @@ class RadarParameters(Parameters):
     horizontal_fov: float = parameter(
         math.radians(120),
         "Horizontal field of view",
-        "Angle between the directions in which the antenna has half of its gain. Nothing outside "
-        "is detected. Datasheets: detection angle, azimuth",
+        "Angle between the directions in which the antenna has half of its gain. Outside, it falls "
+        "on, up to 1.5 times this angle and at most 78° from the axis. Datasheets: detection "
+        "angle, azimuth",
         unit="rad",
         minimum=NARROWEST,
         maximum=math.radians(178),
@@ -63,7 +71,8 @@ class RadarParameters(Parameters):
     range_max: float = parameter(
         6.0,
         "Range max",
-        "End of the last gate. Anything farther is not detected. Datasheets: farthest gate",
+        "Middle of the last gate. Anything farther by more than half a gate is not detected. "
+        "Datasheets: farthest gate",
         unit="m",
         maximum=FARTHEST,
         positive=True,
@@ -72,56 +81,149 @@ class RadarParameters(Parameters):
     gate_length: float = parameter(
         0.75,
         "Gate length",
-        "Length of a distance gate: c/2B, with B the bandwidth of the sweep. Bodies closer "
-        "together than this are one target. Datasheets: distance resolution",
+        "Distance between the middles of gates: c/2B, with B the bandwidth of the sweep. Gate 0 is "
+        "around 0 m. Bodies closer together than this are one target. Datasheets: distance "
+        "resolution",
         unit="m",
         minimum=0.01,
         source=LD2410,
         short="Gate",
     )
+    range_scale: float = parameter(
+        1.0,
+        "Distance scale",
+        "Reported distance over true distance, of a module whose sweep is wider than it assumes. "
+        "All distances and gates of this sensor are reported ones",
+        minimum=0.5,
+        maximum=2.0,
+        source=MEASURED,
+        short="Scale",
+    )
     moving_range: float = parameter(
         6.0,
         "Range of moving",
-        "A walking person straight ahead is just detected at this distance",
+        "A person who walks straight ahead has the Moving energy at this distance, on the mean",
         unit="m",
         minimum=0.1,
         maximum=FARTHEST,
         source=LD2410,
         short="Moving",
     )
+    moving_energy: float = parameter(
+        15.0,
+        "Moving energy",
+        "The energy (0 to 100) of a walking person at the Range of moving: usually the factory "
+        "threshold of its gate",
+        minimum=1.0,
+        maximum=100.0,
+        source=LD2410_SERIAL,
+        short="Moving energy",
+    )
     still_range: float = parameter(
         5.0,
         "Range of still",
-        "A person straight ahead who only breathes is just detected at this distance",
+        "A person straight ahead who only breathes has the Still energy at this distance",
         unit="m",
         minimum=0.1,
         maximum=FARTHEST,
         source=LD2410,
         short="Still",
     )
+    still_energy: float = parameter(
+        20.0,
+        "Still energy",
+        "The energy (0 to 100) of a breathing person at the Range of still: usually the factory "
+        "threshold of its gate",
+        minimum=1.0,
+        maximum=100.0,
+        source=LD2410_SERIAL,
+        short="Still energy",
+    )
+    scale: str = parameter(
+        AMPLITUDE,
+        "Energy scale",
+        "How the module reports energies",
+        choices=(
+            Choice(
+                AMPLITUDE, "Amplitude", "In proportion to the amplitude of the echoes (LD2410)", 0
+            ),
+            Choice(DECIBELS, "Decibels", "One point for each decibel (LD2410S, LD2420)", 1),
+        ),
+        source=MEASURED,
+        short="Energies in",
+    )
     moving_thresholds: str = parameter(
-        "50 40 30 20 15 15 15 15",
+        "50 50 40 30 20 15 15 15 15",
         "Moving thresholds",
-        "The energy (0 to 100) above which movement is detected, for each gate from the nearest. "
-        "Gates without a number have the last one. 100: never. Datasheets: motion sensitivity",
+        "The energy (0 to 100) above which movement is detected, for each gate from gate 0. "
+        "Gates without a number have the last one. 100: never. 0: the gate is off. Datasheets: "
+        "motion sensitivity",
         source=LD2410_SERIAL,
         short="Moving above",
     )
     still_thresholds: str = parameter(
-        "0 40 40 30 30 20 20 20",
+        "0 0 40 40 30 30 20 20 20",
         "Still thresholds",
-        "The same for breathing. Datasheets: static sensitivity",
+        "The same for who only breathes. Datasheets: static sensitivity",
         source=LD2410_SERIAL,
         short="Still above",
+    )
+    moving_floors: str = parameter(
+        "0",
+        "Moving floors",
+        "The energy of movement in an empty room, for each gate from gate 0. It adds to what is "
+        "there. Gates without a number have the last one",
+        source=MEASURED,
+        short="Moving floors",
+    )
+    still_floors: str = parameter(
+        "0",
+        "Still floors",
+        "The same for the energy of who only breathes",
+        source=MEASURED,
+        short="Still floors",
+    )
+    movement_starts: bool = parameter(
+        False,
+        "Movement starts presence",
+        "Only movement switches presence on, and breathing keeps it. The first update counts both",
+        source=MEASURED,
     )
     integration_time: float = parameter(
         0.1,
         "Integration time",
-        "Time T over which the radar measures a speed. Anything slower than λ/2T does not count as "
-        "moving",
+        "Time T over which the radar measures a speed. The slower than λ/2T anything moves, the "
+        "less it counts as moving",
         unit="s",
         minimum=0.001,
+        maximum=10.0,
         short="Integration",
+    )
+    still_time: float = parameter(
+        2.0,
+        "Still time",
+        "Time constant T of the mean that gives the still energies. What moves faster than λ/2T "
+        "counts, such as a breathing chest",
+        unit="s",
+        minimum=0.01,
+        source=MEASURED,
+    )
+    tail_share: float = parameter(
+        0.02,
+        "Tail share",
+        "Amplitude of the echoes by way of the room, in a gate length behind a body, as a share of "
+        "its own echo",
+        maximum=2.0,
+        source="a room 0.02, a flat 0.3 to 0.5: docs/presence_radar.md",
+        short="Tail",
+    )
+    tail_length: float = parameter(
+        1.5,
+        "Tail length",
+        "Way behind a body over which the amplitude of these echoes falls to 1/e",
+        unit="m",
+        minimum=0.01,
+        source="five LD2410C in a flat, 1.25 to 1.7 m: docs/presence_radar.md",
     )
     max_targets: int = parameter(
         0,
@@ -155,8 +257,21 @@ class RadarParameters(Parameters):
     energy_noise: float = parameter(
         0.0,
         "Energy noise",
-        "Standard deviation of the energy of each gate, on its scale to 100",
+        "Standard deviation of the energy of each gate, on its scale to 100, beside that of floors",
         maximum=100.0,
+    )
+    floor_noise: float = parameter(
+        0.2,
+        "Floor noise",
+        "Standard deviation of the floors from update to update, as a share of each",
+        maximum=2.0,
+        source=MEASURED,
+    )
+    fading: bool = parameter(
+        True,
+        "Fading",
+        "Echoes of many scatterers add up to another amplitude at each update, with the Rayleigh "
+        "distribution. Off: always the mean",
     )
     range_noise: float = parameter(0.0, "Range noise", "Standard deviation of distances", unit="m")
     angle_noise: float = parameter(
@@ -169,17 +284,32 @@ class RadarParameters(Parameters):
         return LIGHT_SPEED / (self.frequency * 1e9)
 
     @property
-    def minimum_speed(self) -> float:
-        """The least radial speed in m/s that counts as moving: λ/2T."""
+    def moving_corner(self) -> float:
+        """The radial speed in m/s of which half the amplitude counts: λ/2T of integration_time."""
         return self.wavelength / (2.0 * self.integration_time)
 
     @property
-    def gates(self) -> int:
-        """The number of distance gates up to range_max; the last one can end beyond it."""
-        return max(1, math.ceil(self.range_max / self.gate_length - 1e-6))
+    def still_corner(self) -> float:
+        """The same speed for the still energies: λ/2T of still_time."""
+        return self.wavelength / (2.0 * self.still_time)
 
-    def thresholds(self, name: str) -> Array:
-        """Return the thresholds of all gates from the text in the parameter `name`.
+    @property
+    def gates(self) -> int:
+        """The number of gates from gate 0; the middle of the last can be beyond range_max."""
+        return math.ceil(self.range_max / self.gate_length - 1e-6) + 1
+
+    @property
+    def bin_length(self) -> float:
+        """The true distance in m between the middles of gates."""
+        return self.gate_length / self.range_scale
+
+    @property
+    def reach(self) -> float:
+        """The true distance in m beyond which nothing is detected."""
+        return (self.range_max + self.gate_length / 2.0) / self.range_scale
+
+    def by_gate(self, name: str) -> Array:
+        """Return a number (gates,) for each gate from the text in the parameter `name`.
 
         Raise ValueError if the text has no numbers from 0 to 100.
         """
@@ -202,30 +332,36 @@ class RadarParameters(Parameters):
                 f"{self.rays_across} times {self.rays_up} rays are more than {MAX_RAYS}: "
                 "take fewer rays"
             ]
-        for name in ("moving_thresholds", "still_thresholds"):
+        for name in (*THRESHOLDS, *FLOORS):
             try:
-                self.thresholds(name)
+                self.by_gate(name)
             except ValueError:
                 text = getattr(self, name)
                 problems.append(f"{name} is '{text}': write numbers from 0 to 100, such as 40 30")
         return problems
 
     def unreachable(self, lengths: Lengths = METRES) -> list[Advice]:
-        """Return advice if no gate can detect anything, or if nothing counts as moving."""
-        if self.minimum_speed > FASTEST:
+        """Return advice if presence can never go on, or never off."""
+        moving, still = map(self.by_gate, THRESHOLDS)
+        starts = moving if self.movement_starts else np.concatenate([moving, still])
+        if ((starts == NEVER) | (starts == OFF)).all():
+            what = "moving thresholds" if self.movement_starts else "thresholds"
             return [
                 Advice(
-                    f"Only speeds above {self.minimum_speed:.3g} m/s would count as moving, but "
-                    f"above {FASTEST:g} m/s they are jumps: nothing counts as moving",
-                    "Increase the integration time or the frequency",
+                    f"All {what} are 100, which no energy exceeds, or 0, which switches gates "
+                    "off: presence never goes on",
+                    "Lower the thresholds of the gates to use",
                 )
             ]
-        both = [self.thresholds(name) for name in ("moving_thresholds", "still_thresholds")]
-        if any((one < NEVER).any() for one in both):
-            return []
-        return [
-            Advice(
-                "All thresholds are 100, which no energy exceeds: presence never goes on",
-                "Lower the thresholds of the gates to use",
-            )
-        ]
+        for name, floors in zip(THRESHOLDS, FLOORS, strict=True):
+            needed, floor = self.by_gate(name), self.by_gate(floors)
+            above = np.flatnonzero((floor > needed) & (needed > OFF))
+            if len(above):
+                return [
+                    Advice(
+                        f"The floor of gate {above[0]} is above its threshold in {name}: presence "
+                        "never goes off",
+                        "Raise the threshold",
+                    )
+                ]
+        return []

@@ -1,43 +1,56 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Presence radar: the model.
 
-Rays sample the field of view, and each returns a power by the radar equation. The power counts as
-moving if the radial speed is high enough. Of a breathing body, a share of the power counts as
-still. Each distance gate sums both, and compares them with thresholds. See docs/presence_radar.md.
+Rays sample the field of view, and each returns a power by the radar equation, weighted by the speed
+of what it hits. Gates are bins of a spectrum over the distance: each has an amplitude, which fades
+from update to update. Movement is compared with thresholds at once, and who only breathes by a mean
+over seconds. See docs/presence_radar.md.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from typing import Any
+from functools import lru_cache
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ...model import Array, Index, Model, PerPose, Pose, Readings, Updates
+from ...model import Answers, Array, Index, Model, PerPose, Pose, Readings, Updates
 from ...physics import OutputTiming
 from ...radio.echoes import ECHOES, Echoes
 from ...radio.substances import reflectance
-from .parameters import FASTEST, NEVER, RadarParameters
+from .parameters import DECIBELS, FASTEST, FLOORS, NEVER, OFF, THRESHOLDS, RadarParameters
 
-# The standard person, who is just detected at the ranges of a data sheet: as high and wide (m) as
-# the walker of coverage maps, with quiet breathing (m, peak to peak).
+# The standard person, who has the energies of a data sheet: as high and wide (m) as the walker of
+# coverage maps, with quiet breathing (m from peak to peak, Hz).
 PERSON_HEIGHT, PERSON_WIDTH = 1.7, 0.4
-PERSON_BREATHING = 0.005
-# The share of a body's echo that comes from its breathing trunk: trunk of the front of the body by
-# the rule of nines (Wallace 1951), 18 of 50 %.
-TRUNK = 0.36
-# The scale of energies: 100 points are 40 dB. Makers publish no scale.
-POINTS_PER_DB = 2.5
+PERSON_BREATHING, PERSON_RATE = 0.005, 0.25
+# The shares of the power of a plate of this size that a resident returns, whose front is round, and
+# that a resident who walks on the spot returns as moving. Both are from simulated residents.
+ROUND, WALKING = 0.53, 0.2
 # Targets are not nearer than this (m), so that powers are finite.
 NEAREST = 0.01
-# Angles of the mean that gives J₀: exact to rounding for arguments up to 60.
-SAMPLES = 96
-_SINES = np.sin((np.arange(SAMPLES) + 0.5) * (math.pi / SAMPLES))
 # The golden ratio spaces the rows' offsets most evenly.
 GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
+# Rays go up to this share of the angles from the axis to the edges of the field of view, and not
+# farther from the axis than OUTERMOST (rad): rays beyond cost much and weigh little.
+BEYOND, OUTERMOST = 1.5, math.radians(78)
+# Cells of distance in a gate, each of which has its own random sum of echoes. The lobe of a Hann
+# window is two gates long on each side.
+CELLS = 4
+LOBE = 2 * CELLS
+# A Rayleigh distribution with a mean of 1 is the length of a complex number, of which both parts
+# have this standard deviation.
+UNIT_RAYLEIGH = math.sqrt(2.0 / math.pi)
+# Random numbers are drawn for so many successive updates at once.
+BLOCK = 64
+# The most random numbers that are kept in one batch, to bound the memory.
+AT_ONCE = 1_000_000
+# The mean of the still energies is added up anew after so many time constants.
+SPAN = 32.0
 
 
 @dataclass(frozen=True)
@@ -62,26 +75,49 @@ class Beams:
     weight: Array
 
 
+def edge_of(field_of_view: float) -> float:
+    """Return the angle in radians between the view axis and the outermost rays."""
+    return min(BEYOND * field_of_view / 2.0, OUTERMOST)
+
+
+def ray_angles(share: ArrayLike, field_of_view: float) -> Array:
+    """Return the angles (n,) in radians of rays at shares (n,) of the way from edge to edge.
+
+    The shares are from −1 to 1. Rays are densest ahead, as dense as if they divided only the field
+    of view.
+    """
+    edge, u = edge_of(field_of_view), np.asarray(share, np.float64)
+    linear = min(field_of_view / 2.0 / edge, 1.0)
+    found: Array = edge * u * (linear + (1.0 - linear) * u * u)
+    return found
+
+
 def radar_beams(parameters: RadarParameters, pose: Pose) -> Beams:
     """Return the rays of a radar.
 
-    Rows of equal elevation divide the field of view, and the rays of a row its azimuths. Each row
-    is offset by a different part of the spacing, so that no body is missed between two columns.
+    Rows of equal elevation divide the angles in front of the board, and the rays of a row its
+    azimuths, up to OUTERMOST from the axis. Each row is offset by a different part of the spacing,
+    so that no body is missed between two columns.
     """
     across, up = parameters.rays_across, parameters.rays_up
-    width, height = parameters.horizontal_fov / across, parameters.vertical_fov / up
-    row = np.arange(up) - (up - 1) / 2.0
-    elevation = row * height
-    offset = (0.5 + row * GOLDEN) % 1.0
-    azimuth = (np.arange(across) + offset[:, None]) * width - parameters.horizontal_fov / 2.0
-    solid = width * (np.sin(elevation + height / 2.0) - np.sin(elevation - height / 2.0))
-    weight = solid[:, None] * two_way_gain(parameters, azimuth, elevation[:, None])
+    wide, high = parameters.horizontal_fov, parameters.vertical_fov
+    row = np.arange(up)
+    elevation = ray_angles((2.0 * row + 1.0) / up - 1.0, high)
+    offset = (0.5 + (row - (up - 1) / 2.0) * GOLDEN) % 1.0
+    outermost = np.arccos(np.minimum(math.cos(OUTERMOST) / np.cos(elevation), 1.0))
+    narrower = np.minimum(outermost / edge_of(wide), 1.0)[:, None]
+    azimuth = (
+        ray_angles(2.0 * (np.arange(across) + offset[:, None]) / across - 1.0, wide) * narrower
+    )
+    width = np.diff(ray_angles(2.0 * np.arange(across + 1) / across - 1.0, wide)) * narrower
+    height = np.diff(np.sin(ray_angles(2.0 * np.arange(up + 1) / up - 1.0, high)))
+    weight = width * height[:, None] * two_way_gain(parameters, azimuth, elevation[:, None])
     level = np.cos(elevation)[:, None]
     rise = np.broadcast_to(np.sin(elevation)[:, None], azimuth.shape)
     local = np.stack([np.sin(azimuth) * level, rise, -np.cos(azimuth) * level], axis=-1)
     directions = local.reshape(-1, 3) @ pose.axes.T
     origins = np.broadcast_to(pose.origin, directions.shape)
-    length = np.full(len(directions), parameters.range_max)
+    length = np.full(len(directions), parameters.reach)
     return Beams(origins, directions, length, azimuth.ravel(), weight.ravel())
 
 
@@ -97,39 +133,6 @@ def two_way_gain(parameters: RadarParameters, azimuth: ArrayLike, elevation: Arr
     return found
 
 
-def bessel_j0(x: ArrayLike) -> Array:
-    """Return the Bessel function J₀(x): the mean of cos(x·sin θ) over half a turn of θ.
-
-    The mean over equally spaced θ converges faster than any power of their number, because the
-    function is periodic and smooth.
-
-    References
-    ----------
-    Abramowitz and Stegun (1964), Handbook of Mathematical Functions, 9.1.18.
-    """
-    found: Array = np.cos(np.asarray(x, np.float64)[..., None] * _SINES).mean(axis=-1)
-    return found
-
-
-def modulated_share(breathing: ArrayLike, wavelength: float) -> Array:
-    """Return the share of an echo's power that breathing moves out of the still echo.
-
-    A surface that swings by A·sin(Ωt) along the ray modulates the phase of its echo by
-    4πA/λ·sin(Ωt). The line of the still echo keeps J₀²(4πA/λ) of the power; all the rest is in
-    sidebands at multiples of the breathing rate.
-
-    Parameters
-    ----------
-    breathing
-        The displacement 2A in m from peak to peak.
-    wavelength
-        The wavelength λ in m.
-    """
-    phase = 2.0 * math.pi * np.asarray(breathing, np.float64) / wavelength
-    found: Array = 1.0 - bessel_j0(phase) ** 2
-    return found
-
-
 def echo_powers(parameters: RadarParameters, weight: Array, echoes: Echoes) -> Array:
     """Return the power (n,) that each ray returns, in m⁻².
 
@@ -139,36 +142,47 @@ def echo_powers(parameters: RadarParameters, weight: Array, echoes: Echoes) -> A
     """
     near = np.maximum(echoes.ranges, NEAREST)
     power = echoes.reflectance * weight / near**2 * 10.0 ** (-0.2 * echoes.loss)
-    seen = (echoes.ranges < parameters.range_max) & (echoes.ranges >= parameters.range_min)
+    nearest = parameters.range_min / parameters.range_scale
+    seen = (echoes.ranges < parameters.reach) & (echoes.ranges >= nearest)
     return np.where(seen, power, 0.0)
 
 
-@dataclass(frozen=True)
-class Calibration:
-    """The powers in m⁻² that the standard person returns at the ranges of the data sheet.
+def breathing_speed(breathing: ArrayLike, rate: ArrayLike) -> Array:
+    """Return the mean speed in m/s of a breathing chest, by fourth powers as `doppler_weight`.
 
-    Attributes
-    ----------
-    moving, still
-        The power of a walking person at moving_range, and of a breathing one at still_range.
-    moving_energy, still_energy
-        The energies there: the thresholds of these gates.
-    moving_needed, still_needed
-        The powers (gates,) above which each gate detects; inf for a gate that never detects.
+    `breathing` is its displacement in m from peak to peak, and `rate` is in Hz.
     """
+    found: Array = math.pi * np.asarray(breathing) * np.asarray(rate) * 0.375**0.25
+    return found
 
-    moving: float
-    still: float
-    moving_energy: float
-    still_energy: float
-    moving_needed: Array
-    still_needed: Array
+
+def doppler_weight(speed: ArrayLike, corner: float) -> Array:
+    """Return the share of the power at a radial speed that counts: (v²/(v² + c²))².
+
+    `speed` v and `corner` c are in m/s. This is a high-pass filter of the second order, as of a
+    radar that takes differences between sweeps twice to remove what stands still.
+    """
+    square = np.asarray(speed, np.float64) ** 2
+    found: Array = (square / (square + corner**2)) ** 2
+    return found
+
+
+def doppler_weights(parameters: RadarParameters, echoes: Echoes) -> Array:
+    """Return the shares (2, n) of the powers that count as moving, and in the still energies.
+
+    A living body moves as fast as its chest, also where it seems to be still: its balance keeps the
+    rest of it moving.
+    """
+    speed = np.where(np.abs(echoes.speed) <= FASTEST, echoes.speed, 0.0)
+    speed = np.hypot(speed, breathing_speed(echoes.breathing, echoes.rate))
+    corners = parameters.moving_corner, parameters.still_corner
+    return np.stack([doppler_weight(speed, corner).mean(axis=0) for corner in corners])
 
 
 def person_power(parameters: RadarParameters, distance: float) -> float:
-    """Return the power in m⁻² that the standard person returns who walks straight ahead.
+    """Return the power in m⁻² of a plate of the size of a person straight ahead.
 
-    The person is a plate across the view axis at `distance` (m), with its middle on the axis. The
+    The plate is across the view axis at `distance` (m), with its middle on the axis. The
     parts at the elevation ε are at d/cos ε, and seen under an angle: ρ·w/d⁴·∫ G²·cos⁵ε dz.
     """
     steps = 64
@@ -179,111 +193,334 @@ def person_power(parameters: RadarParameters, distance: float) -> float:
     return reflectance("BODY", parameters.frequency) * area / distance**4
 
 
-def breathing_share(parameters: RadarParameters) -> float:
-    """Return the share of the standard person's power that breathing modulates."""
-    return TRUNK * float(modulated_share(PERSON_BREATHING, parameters.wavelength))
+@dataclass(frozen=True)
+class Calibration:
+    """What relates powers to energies; first of movement, then of who only breathes.
+
+    Attributes
+    ----------
+    gain
+        The amplitudes (2,), in points of a linear scale, of a power of 1 m⁻².
+    floors
+        The amplitudes (2, gates) in an empty room.
+    thresholds
+        The energies (2, gates) above which gates detect; inf for a gate that never detects.
+    is_on
+        Whether each gate reports energies (2, gates).
+    """
+
+    gain: Array
+    floors: Array
+    thresholds: Array
+    is_on: NDArray[np.bool_]
 
 
 def calibration(parameters: RadarParameters) -> Calibration:
-    """Return the calibration of a radar to the ranges of its data sheet."""
-    moving = person_power(parameters, parameters.moving_range)
-    still = person_power(parameters, parameters.still_range) * breathing_share(parameters)
-    found = []
-    for power, name, distance in (
-        (moving, "moving_thresholds", parameters.moving_range),
-        (still, "still_thresholds", parameters.still_range),
-    ):
-        thresholds = parameters.thresholds(name)
-        energy = float(thresholds[gate_of(parameters, np.array([distance]))[0]])
-        needed = power * 10.0 ** ((thresholds - energy) / (10.0 * POINTS_PER_DB))
-        found.append((energy, np.where(thresholds < NEVER, needed, np.inf)))
-    return Calibration(moving, still, found[0][0], found[1][0], found[0][1], found[1][1])
+    """Return the calibration of a radar by the energies of the standard person."""
+    breath = breathing_speed(PERSON_BREATHING, PERSON_RATE)
+    gain = [
+        amplitude(parameters, energy) / math.sqrt(person_power(parameters, distance) * share)
+        for energy, distance, share in (
+            (parameters.moving_energy, parameters.moving_range, WALKING),
+            (
+                parameters.still_energy,
+                parameters.still_range,
+                ROUND * float(doppler_weight(breath, parameters.still_corner)),
+            ),
+        )
+    ]
+    floors = np.stack([parameters.by_gate(name) for name in FLOORS])
+    needed = np.stack([parameters.by_gate(name) for name in THRESHOLDS])
+    is_on = needed > OFF
+    thresholds = np.where(is_on & (needed < NEVER), needed, np.inf)
+    floors = np.where(floors > 0.0, amplitude(parameters, floors), 0.0)
+    return Calibration(np.array(gain), floors, thresholds, is_on)
 
 
-def energies(power: Array, reference: float, energy: float) -> Array:
-    """Return powers as energies from 0 to 100: 2.5 points a dB.
+def amplitude(parameters: RadarParameters, energy: Any) -> Any:
+    """Return the amplitude (…) that is reported as an energy (…)."""
+    return 10.0 ** (energy / 20.0) if parameters.scale == DECIBELS else energy
 
-    A power of `reference` has the energy `energy`.
-    """
+
+def energy_of(parameters: RadarParameters, amplitudes: Array) -> Array:
+    """Return amplitudes (…) on the scale of reported energies, not clipped to 0 … 100."""
+    if parameters.scale != DECIBELS:
+        return amplitudes
     with np.errstate(divide="ignore"):
-        found = energy + 10.0 * POINTS_PER_DB * np.log10(power / reference)
-    return np.clip(found, 0.0, 100.0)
+        return 20.0 * np.log10(amplitudes)
 
 
-def gate_of(parameters: RadarParameters, ranges: Array) -> Index:
-    """Return the numbers (n,) of the gates in which ranges (n,) in m are, from 0."""
-    gate = (ranges / parameters.gate_length).astype(np.intp)
-    return np.minimum(gate, parameters.gates - 1)
+# Gates: bins of a spectrum.
 
 
-def in_gates(gate: Index, power: Array, gates: int) -> Array:
-    """Return the sums (gates,) of the powers (n,) of rays in each gate; `gate` (n,) is theirs."""
-    return np.bincount(gate, power, gates).astype(np.float64)
+def hann(x: ArrayLike) -> Array:
+    """Return the amplitude (n,) that a bin has of a point x (n,) bins away, with a Hann window.
+
+    It is sinc(x)/(1 − x²) in the main lobe, which is two bins long on each side, and 0 beyond.
+
+    References
+    ----------
+    F. J. Harris (1978), On the use of windows for harmonic analysis, Proc. IEEE 66, section V.C.
+    """
+    x = np.abs(np.asarray(x, np.float64))
+    edge = np.abs(x - 1.0) < 1e-9
+    found = np.where(edge, 0.5, np.sinc(x) / np.where(edge, 1.0, 1.0 - x * x))
+    return np.where(x < LOBE / CELLS, found, 0.0)
+
+
+WINDOW = hann(np.arange(1 - LOBE, LOBE) / CELLS)
+
+
+def cells_of(parameters: RadarParameters) -> int:
+    """Return the number of cells of distance that the gates sum."""
+    return CELLS * (parameters.gates - 1) + LOBE
+
+
+def in_cells(parameters: RadarParameters, ranges: Array, power: Array) -> Array:
+    """Return the powers (cells,) by distance, with the tail of echoes by way of the room.
+
+    The powers (n,) of rays at `ranges` (n,) in m are divided between the two nearest cells. Cell c
+    is at c/CELLS of a gate length.
+    """
+    size = cells_of(parameters)
+    # What returns no power can be beyond the last cell.
+    place = np.where(power > 0.0, ranges, 0.0) * (CELLS / parameters.bin_length)
+    cell = place.astype(np.intp)
+    beyond = place - cell
+    found = np.bincount(cell, power * (1.0 - beyond), size) + np.bincount(
+        cell + 1, power * beyond, size
+    )
+    cells: Array = np.convolve(found, tail(parameters))[:size].astype(np.float64)
+    return cells
+
+
+# Each sweep of rays takes 0.02 ms longer without the cache.
+@lru_cache(maxsize=16)
+def tail(parameters: RadarParameters) -> Array:
+    """Return the power (k,) that a power of 1 in a cell gives in that cell and those behind it."""
+    # Beyond five lengths, less than 1 % of the amplitude is left.
+    step = parameters.bin_length / CELLS / parameters.tail_length
+    count = min(cells_of(parameters), math.ceil(5.0 / step))
+    power: Array = parameters.tail_share**2 / CELLS * np.exp(-2.0 * step * np.arange(count))
+    power[0] = 1.0
+    return power
+
+
+def gate_sums(cells: Array, window: Array, gates: int) -> Array:
+    """Return the sums (…, gates) of cells (…, cells) around each gate, weighted by a window."""
+    padded = np.concatenate([np.zeros((*cells.shape[:-1], LOBE - 1)), cells], axis=-1)
+    end = CELLS * (gates - 1) + 1
+    # Not as a matrix product, whose rounding depends on the number of rows.
+    found = np.zeros((*cells.shape[:-1], gates))
+    for i, weight in enumerate(window):
+        found += weight * padded[..., i : i + end : CELLS]
+    return found
+
+
+class RandomNumbers(NamedTuple):
+    """The random numbers of n updates, all normal.
+
+    Attributes
+    ----------
+    cells
+        The real and imaginary parts (n, 2, cells) of each cell's sum of echoes; None without
+        fading.
+    floors, energies
+        The deviations (n, 2, gates) of floors and energies, in their standard deviations.
+    targets
+        The deviations (n, targets + 1, 2) of distances and directions; the last are those of the
+        distance that is read.
+    """
+
+    cells: Array | None
+    floors: Array
+    energies: Array
+    targets: Array
+
+    @classmethod
+    def of_block(cls, parameters: RadarParameters, generator: np.random.Generator) -> RandomNumbers:
+        """Draw the numbers of a whole block of updates."""
+        gates = BLOCK, 2, parameters.gates
+        return cls(
+            generator.standard_normal((BLOCK, 2, cells_of(parameters)))
+            if parameters.fading
+            else None,
+            generator.standard_normal(gates),
+            generator.standard_normal(gates) if parameters.energy_noise else np.zeros(gates),
+            generator.standard_normal((BLOCK, parameters.max_targets + 1, 2))
+            if parameters.range_noise or parameters.angle_noise
+            else np.zeros((BLOCK, parameters.max_targets + 1, 2)),
+        )
+
+    def rows(self, which: Any) -> RandomNumbers:
+        """Return the numbers of the updates that the index `which` selects."""
+        cells = None if self.cells is None else self.cells[which]
+        return RandomNumbers(cells, *(part[which] for part in self[1:]))
+
+
+class Noise:
+    """RandomNumbers the random numbers of updates by their numbers, and keeps the last block."""
+
+    def __init__(self) -> None:
+        self._last: tuple[RadarParameters, int, RandomNumbers] | None = None
+
+    def draw(
+        self,
+        parameters: RadarParameters,
+        numbers: Index,
+        noise: Callable[[int], np.random.Generator],
+    ) -> RandomNumbers:
+        """Return the random numbers of updates (n,), in ascending order of their numbers.
+
+        `noise` returns the random generator of a number. The block of an update is its number.
+        """
+        blocks, parts = numbers // BLOCK, []
+        for block in np.unique(blocks).tolist():
+            if self._last is None or self._last[:2] != (parameters, block):
+                drawn = RandomNumbers.of_block(parameters, noise(block))
+                self._last = parameters, block, drawn
+            parts.append(self._last[2].rows(numbers[blocks == block] - block * BLOCK))
+        if len(parts) == 1:
+            return parts[0]
+        cells, *others = zip(*parts, strict=True)
+        joined = None if cells[0] is None else np.concatenate(cells)
+        return RandomNumbers(joined, *map(np.concatenate, others))
+
+
+class Profile(NamedTuple):
+    """The mean amplitudes of what some rays return, first as moving, then as still.
+
+    `cells` (2, cells) are those by distance, and `gates` (2, gates) those of the gates.
+    """
+
+    cells: Array
+    gates: Array
+
+
+def profile(
+    parameters: RadarParameters, known: Calibration, ranges: Array, powers: Array
+) -> Profile:
+    """Return the profile of rays at `ranges` (n,) in m with weighted powers (2, n)."""
+    cells = np.stack([in_cells(parameters, ranges, power) for power in powers])
+    in_gates = gate_sums(cells, WINDOW**2, parameters.gates)
+    gain = known.gain[:, None]
+    return Profile(gain * np.sqrt(cells), gain * np.sqrt(in_gates))
+
+
+def amplitudes(
+    parameters: RadarParameters, cells: Array, gates: Array, drawn: RandomNumbers
+) -> Array:
+    """Return the amplitudes (n, 2, gates) of echoes at n updates, faded.
+
+    `cells` (n, 2, cells) and `gates` (n, 2, gates) are those of the profiles at the updates.
+    """
+    if drawn.cells is None:
+        return gates.copy()
+    found = np.zeros(gates.shape)
+    for i in range(2):
+        rows = np.flatnonzero(gates[:, i].any(axis=-1))
+        if len(rows):
+            sums = gate_sums(drawn.cells[rows] * cells[rows, i, None], WINDOW, parameters.gates)
+            found[rows, i] = UNIT_RAYLEIGH * np.hypot(sums[:, 0], sums[:, 1])
+    return found
+
+
+def with_floors(
+    parameters: RadarParameters, known: Calibration, echo: Array, drawn: RandomNumbers
+) -> Array:
+    """Return the amplitudes (n, 2, gates) of echoes with those of the floors added."""
+    floors = known.floors * (1.0 + parameters.floor_noise * drawn.floors)
+    found: Array = echo + np.maximum(floors, 0.0)
+    return found
+
+
+def read_distance(parameters: RadarParameters, amplitudes: Array, detects: Any) -> Array:
+    """Return the distances (n,) in m of the strongest gates that detect; NaN where none does.
+
+    The distance is interpolated between the gate and the stronger one beside it, as the peak of a
+    spectrum with a Hann window.
+
+    Parameters
+    ----------
+    amplitudes
+        The amplitudes (n, gates).
+    detects
+        Whether each gate detects anything (n, gates).
+    """
+    rows = np.arange(len(amplitudes))
+    gate = np.where(detects, amplitudes, -1.0).argmax(axis=1)
+    beside = np.pad(amplitudes, ((0, 0), (1, 1)))
+    nearer, peak, farther = (beside[rows, gate + i] for i in range(3))
+    side = np.where(farther >= nearer, 1.0, -1.0)
+    ratio = np.maximum(nearer, farther) / np.maximum(peak, 1e-300)
+    # The ratio of two neighbours of a Hann window, solved for the place of the peak.
+    shift = np.clip((2.0 * ratio - 1.0) / (1.0 + ratio), 0.0, 1.0)
+    found = (gate + side * shift) * parameters.gate_length
+    found = np.clip(found, parameters.range_min, parameters.range_max)
+    return np.where(detects.any(axis=1), found, np.nan)
+
+
+class LeakyMean:
+    """A mean of the last seconds: older values count exponentially less."""
+
+    def __init__(self) -> None:
+        self._sum: Array | None = None
+        self._start = self._time = 0.0
+
+    def run(self, times: Array, values: Array, constant: float) -> Array:
+        """Return the mean (n, …) at each of the `times` (n,) in s, of values (n, …) up to then.
+
+        `constant` is the time constant in s. The first value is the mean before it. The result does
+        not depend on how updates are divided into calls.
+        """
+        found = np.empty(values.shape)
+        spans = np.floor(times / (SPAN * constant))
+        begins = np.flatnonzero(np.diff(spans, prepend=np.nan) != 0.0)
+        shape = -1, *[1] * (values.ndim - 1)
+        for begin, end in zip(begins, [*begins[1:], len(times)], strict=True):
+            part, start = slice(begin, end), float(spans[begin]) * SPAN * constant
+            before = self._sum
+            if before is None:
+                self._start, self._time = start, float(times[0])
+                before = values[0] * math.exp((self._time - start) / constant)
+            elif start != self._start:
+                before = before * math.exp((self._start - start) / constant)
+            step = np.diff(times[part], prepend=self._time)
+            grown = np.exp((times[part] - start) / constant).reshape(shape)
+            added = -np.expm1(-step / constant).reshape(shape) * values[part] * grown
+            # In order, so that a sum that goes on in another call has the same bits.
+            sums = np.cumsum(np.concatenate([before[None], added]), axis=0)[1:]
+            found[part] = sums / grown
+            self._sum, self._start, self._time = sums[-1], start, float(times[end - 1])
+        return found
+
+
+# Targets.
 
 
 @dataclass(frozen=True)
 class Target:
     """One target: what cannot be separated in distance and angle.
 
-    `distance` is in m, `azimuth` in radians to the right, `speed` in m/s away from the radar.
-    `power` is in m⁻², and `rays` (k,) has the numbers of its rays.
+    `distance` is in m, `azimuth` in radians to the right, and `speed` in m/s away from the radar.
     """
 
     distance: float
     azimuth: float
     speed: float
-    power: float
-    rays: Index
 
 
 @dataclass(frozen=True)
-class Sweep:
-    """What a radar measures at one update, without noise.
+class EchoGroup:
+    """Rays that are one target if a gate detects them; the strongest group is that of most power.
 
-    Attributes
-    ----------
-    moving_power, still_power
-        The powers (n,) in m⁻² that the rays return from what moves and from what breathes.
-    speed
-        The radial speed (n,) in m/s at the hit of each ray, positive away from the radar.
-    gate
-        The gate (n,) of each ray.
-    moving, still
-        The sums (gates,) of these powers in each gate.
+    `rays` (k,) has their numbers, `power` is in m⁻², and `profile` has their amplitudes.
     """
 
-    moving_power: Array
-    still_power: Array
-    speed: Array
-    gate: Index
-    moving: Array
-    still: Array
-
-
-def sweep(parameters: RadarParameters, weight: Array, echoes: Echoes, interval: float) -> Sweep:
-    """Return what a radar measures.
-
-    Parameters
-    ----------
-    weight
-        The weights (n,) of the rays, as in `Beams`.
-    echoes
-        What the rays hit.
-    interval
-        The time in s since the update before. inf at the first update: all speeds are 0.
-    """
-    power = echo_powers(parameters, weight, echoes)
-    speed = echoes.moved / interval
-    is_moving = (np.abs(speed) >= parameters.minimum_speed) & (np.abs(speed) <= FASTEST)
-    breathes = (echoes.breathing > 0.0) & ~is_moving & (power > 0.0)
-    share = np.zeros(len(power))
-    if breathes.any():
-        depths, which = np.unique(echoes.breathing[breathes], return_inverse=True)
-        share[breathes] = TRUNK * modulated_share(depths, parameters.wavelength)[which]
-    moving_power, still_power = np.where(is_moving, power, 0.0), power * share
-    gate, gates = gate_of(parameters, echoes.ranges), parameters.gates
-    moving, still = in_gates(gate, moving_power, gates), in_gates(gate, still_power, gates)
-    return Sweep(moving_power, still_power, speed, gate, moving, still)
+    target: Target
+    rays: Index
+    power: float
+    profile: Profile
 
 
 def separate(
@@ -311,131 +548,130 @@ def separate(
             yield rays
 
 
-def targets(
-    parameters: RadarParameters,
-    known: Calibration,
-    beams: Beams,
-    echoes: Echoes,
-    seen: Sweep,
-    noise: Array,
-) -> list[Target]:
-    """Return the strongest targets, at most max_targets, ordered by distance.
-
-    A target exceeds the threshold of a gate with its own rays, whose powers are multiplied by
-    `noise` (2, gates), the factors of movement and of breathing. Its distance and direction are
-    means weighted by power; so is its speed, over those rays that move.
-    """
-    power = seen.moving_power + seen.still_power
-    rays = np.flatnonzero(power > 0.0)
-    ranges, azimuth = echoes.ranges[rays], beams.azimuth[rays]
-    found = []
-    for group in separate(ranges, azimuth, parameters.gate_length, parameters.angle_resolution):
-        which = rays[group]
-        gate, gates = seen.gate[which], parameters.gates
-        moving = in_gates(gate, seen.moving_power[which], gates) * noise[0]
-        still = in_gates(gate, seen.still_power[which], gates) * noise[1]
-        if (moving > known.moving_needed).any() or (still > known.still_needed).any():
-            weight, fast = power[which], seen.moving_power[which]
-            total = float(weight.sum())
-            speed = float(fast @ seen.speed[which]) / max(float(fast.sum()), 1e-300)
-            distance, angle = weight @ ranges[group] / total, weight @ azimuth[group] / total
-            found.append(Target(float(distance), float(angle), speed, total, which))
-    strongest = sorted(found, key=lambda target: -target.power)[: parameters.max_targets]
-    return sorted(strongest, key=lambda target: target.distance)
-
-
 @dataclass(frozen=True)
-class Measurement:
-    """The result of one update, noise included.
+class Sweep:
+    """What a radar receives at one update, on the mean over the fading and without floors.
 
     Attributes
     ----------
-    moving_energy, still_energy
-        The energies (gates,) from 0 to 100.
-    moving, still
-        Whether each gate detects movement, and breathing (gates,).
-    distance
-        The distance in m in the nearest gate that detects anything; None without one.
-    targets
-        The targets.
+    powers
+        The powers (2, n) in m⁻² that the rays return: as moving, and in the still energies.
+    speed
+        The mean radial speed (n,) in m/s at the hit of each ray, positive away from the radar.
+    profile
+        The amplitudes by distance.
+    groups
+        The groups of rays, if the module reports targets; the nearest first.
     """
 
-    moving_energy: Array
-    still_energy: Array
-    moving: NDArray[np.bool_]
-    still: NDArray[np.bool_]
-    distance: float | None
-    targets: list[Target]
+    powers: Array
+    speed: Array
+    profile: Profile
+    groups: tuple[EchoGroup, ...]
 
 
-def measure(
+def sweep(parameters: RadarParameters, known: Calibration, beams: Beams, echoes: Echoes) -> Sweep:
+    """Return what a radar with the rays `beams` receives; `echoes` has what they hit."""
+    # Most rays hit what neither moves nor lives.
+    rays = np.flatnonzero(echoes.speed.any(axis=0) | (echoes.breathing > 0.0))
+    part = replace(
+        echoes,
+        ranges=echoes.ranges[rays],
+        speed=echoes.speed[:, rays],
+        **{
+            name: getattr(echoes, name)[rays]
+            for name in ("breathing", "rate", "loss", "reflectance")
+        },
+    )
+    powers, speed = np.zeros((2, len(beams.weight))), np.zeros(len(beams.weight))
+    powers[:, rays] = echo_powers(parameters, beams.weight[rays], part) * doppler_weights(
+        parameters, part
+    )
+    speed[rays] = np.where(np.abs(part.speed) <= FASTEST, part.speed, 0.0).mean(axis=0)
+    found = profile(parameters, known, part.ranges, powers[:, rays])
+    grouped: tuple[EchoGroup, ...] = ()
+    if parameters.max_targets:
+        grouped = tuple(groups(parameters, known, beams, echoes.ranges, powers, speed))
+    return Sweep(powers, speed, found, grouped)
+
+
+def groups(
     parameters: RadarParameters,
     known: Calibration,
     beams: Beams,
-    echoes: Echoes,
-    interval: float,
-    generator: np.random.Generator | None = None,
-) -> Measurement:
-    """Return the result of one update.
+    ranges: Array,
+    powers: Array,
+    speed: Array,
+) -> list[EchoGroup]:
+    """Return the groups of rays that can be separated, ordered by distance.
 
-    Parameters
-    ----------
-    parameters, known, beams
-        The parameters of the radar, its calibration and its rays.
-    echoes
-        What the rays hit.
-    interval
-        The time in s since the update before; inf at the first one.
-    generator
-        The random generator of the noise; None for none.
+    Distance and direction are means weighted by power; so is the speed, over what moves. `ranges`
+    and `speed` (n,) and `powers` (2, n) are those of the rays.
     """
-    seen = sweep(parameters, beams.weight, echoes, interval)
-    noise = np.ones((2, parameters.gates))
-    if generator is not None:
-        points = generator.normal(0.0, parameters.energy_noise, noise.shape)
-        noise = 10.0 ** (points / (10.0 * POINTS_PER_DB))
-    moving, still = np.stack([seen.moving, seen.still]) * noise
-    is_moving, is_still = moving > known.moving_needed, still > known.still_needed
+    total = powers.sum(axis=0)
+    rays = np.flatnonzero(total > 0.0)
     found = []
-    if parameters.max_targets:
-        found = targets(parameters, known, beams, echoes, seen, noise)
-    distance = None
-    if (is_moving | is_still).any():
-        nearest = int(np.argmax(is_moving | is_still))
-        weight = np.where(is_moving[nearest], seen.moving_power, 0.0)
-        weight = weight + np.where(is_still[nearest], seen.still_power, 0.0)
-        weight = np.where(seen.gate == nearest, weight, 0.0)
-        distance = float(weight @ echoes.ranges / weight.sum())
-    if generator is not None:
-        distance, found = _with_noise(parameters, distance, found, generator)
-    return Measurement(
-        energies(moving, known.moving, known.moving_energy),
-        energies(still, known.still, known.still_energy),
-        is_moving,
-        is_still,
-        distance,
-        found,
-    )
+    apart = parameters.bin_length, parameters.angle_resolution
+    for part in separate(ranges[rays], beams.azimuth[rays], *apart):
+        which = rays[part]
+        weight, moving = total[which], powers[0, which]
+        power = float(weight.sum())
+        distance = float(weight @ ranges[which]) / power
+        azimuth = float(weight @ beams.azimuth[which]) / power
+        mean = float(moving @ speed[which]) / max(float(moving.sum()), 1e-300)
+        seen = profile(parameters, known, ranges[which], powers[:, which])
+        target = Target(distance * parameters.range_scale, azimuth, mean)
+        found.append(EchoGroup(target, which, power, seen))
+    return sorted(found, key=lambda group: group.target.distance)
 
 
-def _with_noise(
-    parameters: RadarParameters,
-    distance: float | None,
-    found: list[Target],
-    generator: np.random.Generator,
-) -> tuple[float | None, list[Target]]:
-    """Return the distance and the targets with noise; distances stay within the range."""
-    noise = generator.normal(0.0, 1.0, (parameters.max_targets + 1, 2))
-    noise *= parameters.range_noise, parameters.angle_noise
+def find_targets(
+    parameters: RadarParameters, known: Calibration, seen: Sweep, drawn: RandomNumbers
+) -> list[list[Target]]:
+    """Return the strongest targets at each of n updates, at most max_targets, the nearest first.
 
-    def within(value: float) -> float:
-        return min(max(value, parameters.range_min), parameters.range_max)
+    A group is a target if its own rays exceed the threshold of movement in a gate, or that of
+    breathing on the mean: targets have no identity, and so no memory.
+    """
+    detects, count = [], len(drawn.floors)
+    floors_vary = known.floors.any() and parameters.floor_noise
+    if drawn.cells is None and not (parameters.energy_noise or floors_vary):
+        # The same at each update.
+        drawn = drawn.rows(slice(0, 1))
+    for group in seen.groups:
+        shape = len(drawn.floors)
+        cells, gates = (np.broadcast_to(one, (shape, *one.shape)) for one in group.profile)
+        echo = amplitudes(parameters, cells, gates, drawn)
+        echo[:, 1] = group.profile.gates[1]
+        energy = energies(parameters, with_floors(parameters, known, echo, drawn), drawn)
+        detects.append((energy > known.thresholds).any(axis=(1, 2)))
+    order = sorted(range(len(detects)), key=lambda i: -seen.groups[i].power)
+    found = []
+    for update in np.stack(detects, axis=1).tolist() if detects else [[]]:
+        strongest = [i for i in order if update[i]][: parameters.max_targets]
+        found.append([seen.groups[i].target for i in sorted(strongest)])
+    return found if len(found) == count else found * count
 
-    if distance is not None:
-        distance = within(distance + float(noise[-1, 0]))
+
+def energies(parameters: RadarParameters, found: Array, drawn: RandomNumbers) -> Array:
+    """Return amplitudes (n, 2, gates) as energies with their noise, not clipped."""
+    return energy_of(parameters, found) + parameters.energy_noise * drawn.energies
+
+
+def _with_noise(parameters: RadarParameters, found: list[Target], noise: Array) -> list[Target]:
+    """Return targets with noise (targets, 2); distances stay within the range."""
+    if not (parameters.range_noise or parameters.angle_noise):
+        return found
     pairs = zip(found, noise.tolist(), strict=False)
-    return distance, [
-        replace(one, distance=within(one.distance + far), azimuth=one.azimuth + aside)
+    return [
+        Target(
+            min(
+                max(one.distance + far * parameters.range_noise, parameters.range_min),
+                parameters.range_max,
+            ),
+            one.azimuth + aside * parameters.angle_noise,
+            one.speed,
+        )
         for one, (far, aside) in pairs
     ]
 
@@ -444,85 +680,151 @@ def _set_up(parameters: RadarParameters, pose: Pose) -> tuple[Beams, Calibration
     return radar_beams(parameters, pose), calibration(parameters)
 
 
+class Sensed(NamedTuple):
+    """What a radar measures at n updates.
+
+    Attributes
+    ----------
+    energies
+        The reported energies (n, 2, gates), of movement and of who only breathes.
+    detects
+        Whether each of them is above its threshold (n, 2, gates).
+    distance
+        The distance (n,) in m of what moves, else of what only breathes; NaN without a detection.
+    targets
+        The targets at each update.
+    """
+
+    energies: Array
+    detects: NDArray[np.bool_]
+    distance: Array
+    targets: list[list[Target]]
+
+
 class PresenceRadar(Model):
     """The model of one radar.
 
-    Its state is the time of the last update, the last distance and the output with its hold time.
+    Its state is the mean of the still energies, the last distance and the output with its hold
+    time.
     """
 
     def __init__(self) -> None:
         self._set_up = PerPose(_set_up)
+        self._noise = Noise()
+        self._mean = LeakyMean()
         self._output = OutputTiming()
-        self._time = -math.inf
+        self._has_started: bool | None = None
         self._distance = math.nan
-        self._last: tuple[Echoes, Measurement] | None = None
-        self._parameters: RadarParameters | None = None
+        self._last: tuple[Any, Echoes, Sweep] | None = None
 
     def sense(self, parameters: RadarParameters, updates: Updates) -> Readings:
         """Return the readings; `updates` must continue those of the previous call."""
-        if parameters != self._parameters:
-            self._parameters, self._last = parameters, None
-        beams, known = self._set_up(parameters, updates.pose)
+        beams, _ = self._set_up(parameters, updates.pose)
         rays = beams.origins, beams.directions, beams.length
-        answers = updates.ask(ECHOES, 0, *rays, parameters.frequency)
-        is_noisy = bool(parameters.energy_noise or parameters.range_noise or parameters.angle_noise)
-        found = []
-        for i, time in enumerate(updates.times.tolist()):
-            interval, self._time = time - self._time, time
-            generator = updates.noise(int(updates.numbers[i])) if is_noisy else None
-            found.append(self._measured(parameters, known, beams, answers[i], interval, generator))
-        detects = np.array([bool((one.moving | one.still).any()) for one in found])
-        presence = self._output.run(updates.times, detects, parameters.hold_time, 0.0, 0.0)
-        distance = np.empty(len(found))
-        for i, one in enumerate(found):
-            if one.distance is not None:
-                self._distance = one.distance
-            elif not presence[i]:
-                self._distance = parameters.range_max
-            distance[i] = self._distance
-        return _readings(parameters, updates.due, presence, distance, found)
+        how = parameters.frequency, parameters.integration_time
+        answers = updates.ask(ECHOES, 0, *rays, *how)
+        size = max(1, AT_ONCE // (2 * cells_of(parameters)))
+        parts = [
+            self._sensed(parameters, updates, answers, slice(first, first + size))
+            for first in range(0, len(updates), size)
+        ]
+        reported, above, read = map(np.concatenate, list(zip(*parts, strict=True))[:3])
+        found = Sensed(reported, above, read, [one for part in parts for one in part.targets])
+        presence = self._presence(parameters, updates.times, np.any(above, axis=2))
+        distance = self._distances(parameters, presence, found.distance)
+        return _readings(updates.due, presence, distance, found)
 
-    def _measured(
-        self,
-        parameters: RadarParameters,
-        known: Calibration,
-        beams: Beams,
-        echoes: Echoes,
-        interval: float,
-        generator: np.random.Generator | None,
-    ) -> Measurement:
-        """Return the result of one update.
+    def _sensed(
+        self, parameters: RadarParameters, updates: Updates, answers: Answers, part: slice
+    ) -> Sensed:
+        """Return what the radar measures at some of the updates."""
+        _, known = self._set_up(parameters, updates.pose)
+        rows, where = np.unique(answers.rows[part], return_inverse=True)
+        seen = [self._sweep(parameters, updates.pose, answers.table[row]) for row in rows.tolist()]
+        drawn = self._noise.draw(parameters, updates.numbers[part], updates.noise)
+        cells, gates = (np.stack([one.profile[i] for one in seen])[where] for i in range(2))
+        found = with_floors(parameters, known, amplitudes(parameters, cells, gates, drawn), drawn)
+        found[:, 1] = self._mean.run(updates.times[part], found[:, 1], parameters.still_time)
+        energy = energies(parameters, found, drawn)
+        detects = energy > known.thresholds
+        moving, still = (read_distance(parameters, found[:, i], detects[:, i]) for i in range(2))
+        distance = np.where(np.isnan(moving), still, moving)
+        if parameters.range_noise:
+            distance = distance + parameters.range_noise * drawn.targets[:, -1, 0]
+            distance = np.clip(distance, parameters.range_min, parameters.range_max)
+        reported = np.where(known.is_on, np.clip(energy, 0.0, 100.0), 0.0)
+        targets: list[list[Target]] = [[] for _ in where]
+        for i, one in enumerate(seen if parameters.max_targets else ()):
+            which = np.flatnonzero(where == i)
+            each = drawn.rows(which)
+            made = find_targets(parameters, known, one, each)
+            for k, list_of, noise in zip(which.tolist(), made, each.targets, strict=True):
+                targets[k] = _with_noise(parameters, list_of, noise)
+        return Sensed(reported, detects, distance, targets)
 
-        If nothing moved and the echoes are those of the update before, return its result. So an
-        update of a still scene takes 0.01 ms instead of 0.6 ms, 40 times less.
+    def _sweep(self, parameters: RadarParameters, pose: Pose, echoes: Echoes) -> Sweep:
+        """Return what the radar receives, again for the echoes of the update before.
+
+        So an update of a still scene takes 0.01 ms instead of 0.2 ms, 20 times less.
         """
+        beams, known = set_up = self._set_up(parameters, pose)
         last = self._last
-        if generator is None and last is not None and last[0] is echoes and not echoes.moved.any():
-            return last[1]
-        measured = measure(parameters, known, beams, echoes, interval, generator)
-        self._last = echoes, measured
-        return measured
+        if last is not None and last[0] is set_up and last[1] is echoes:
+            return last[2]
+        found = sweep(parameters, known, beams, echoes)
+        self._last = set_up, echoes, found
+        return found
+
+    def _presence(
+        self, parameters: RadarParameters, times: Array, detects: NDArray[np.bool_]
+    ) -> NDArray[np.bool_]:
+        """Return whether presence is on (n,); `detects` (n, 2) has movement, and breathing."""
+        either: NDArray[np.bool_] = detects[:, 0] | detects[:, 1]
+        held = self._output.run(times, either, parameters.hold_time, 0.0, 0.0)
+        if not parameters.movement_starts or not len(held):
+            return held
+        # Presence is on from the first movement of a time of detections.
+        starts = detects[:, 0].copy()
+        if self._has_started is None:
+            # Who was there before the run began has moved then.
+            starts[0] = detects[0].any()
+            self._has_started = False
+        count = np.cumsum(starts)
+        begins = held & ~np.concatenate([[False], held[:-1]])
+        begins[0] = held[0] and not self._has_started
+        before = np.maximum.accumulate(np.where(begins, count - starts, -1))
+        found: NDArray[np.bool_] = held & (count > before)
+        self._has_started = bool(found[-1])
+        return found
+
+    def _distances(
+        self, parameters: RadarParameters, presence: NDArray[np.bool_], distance: Array
+    ) -> Array:
+        """Return the distances (n,) to report: the last one while presence is held."""
+        distance = np.where(presence, distance, parameters.range_max)
+        known = np.concatenate([[self._distance], distance])
+        last = np.maximum.accumulate(np.where(np.isnan(known), 0, np.arange(len(known))))
+        found: Array = known[last][1:]
+        if len(found):
+            self._distance = float(found[-1])
+        return found
 
 
 def _readings(
-    parameters: RadarParameters,
-    due: NDArray[np.bool_],
-    presence: NDArray[np.bool_],
-    distance: Array,
-    found: list[Measurement],
+    due: NDArray[np.bool_], presence: NDArray[np.bool_], distance: Array, found: Sensed
 ) -> Readings:
     """Return the readings at the updates that are `due`."""
     which = np.flatnonzero(due)
-    chosen = [found[i] for i in which.tolist()]
+    chosen = [found.targets[i] for i in which.tolist()]
     fields: dict[str, Any] = {
         "presence": presence[which],
-        "moving": np.array([bool(one.moving.any()) for one in chosen], bool),
+        "moving": found.detects[which, 0].any(axis=1),
         "distance_m": distance[which],
-        "targets": [len(one.targets) for one in chosen],
-        "x_m": [_joined(x_of(target) for target in one.targets) for one in chosen],
-        "y_m": [_joined(y_of(target) for target in one.targets) for one in chosen],
-        "speed_mps": [_joined(target.speed for target in one.targets) for one in chosen],
-        "gates": [gates_text(one) for one in chosen],
+        "targets": [len(one) for one in chosen],
+        "x_m": _joined(chosen, x_of),
+        "y_m": _joined(chosen, y_of),
+        "speed_mps": _joined(chosen, lambda target: target.speed),
+        "gates": gates_texts(found.energies[which]),
     }
     return Readings(presence[which], distance[which], fields)
 
@@ -540,14 +842,20 @@ def y_of(target: Target) -> float:
     return target.distance * math.cos(target.azimuth)
 
 
-def _joined(values: Iterable[float]) -> str:
-    return ";".join(f"{value:.3f}" for value in values)
+def _joined(updates: list[list[Target]], value: Callable[[Target], float]) -> list[str]:
+    """Return a value of the targets at each update as a text, joined by semicolons."""
+    return [";".join([f"{value(target):.3f}" for target in one]) if one else "" for one in updates]
 
 
-def gates_text(measured: Measurement) -> str:
-    """Return the energies of all gates as the field `gates`, such as "100/0;35/12"."""
-    both = zip(measured.moving_energy.tolist(), measured.still_energy.tolist(), strict=True)
-    return ";".join(f"{moving:.0f}/{still:.0f}" for moving, still in both)
+# The texts of all pairs of whole energies, since formatting each takes longer than the model.
+_PAIRS = [f"{moving}/{still}" for moving in range(101) for still in range(101)]
+
+
+def gates_texts(reported: Array) -> list[str]:
+    """Return reported energies (n, 2, gates) as the field `gates`, such as "100/0;35/12"."""
+    whole = np.rint(reported).astype(np.intp)
+    pairs = whole[:, 0] * 101 + whole[:, 1]
+    return [";".join([_PAIRS[pair] for pair in row]) for row in pairs.tolist()]
 
 
 def gate_energies(text: str) -> list[tuple[float, float]]:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Infrared array: a picture of temperatures with few pixels, which detects people without motion.
 
-- Model: array.py, with the parameters; presets.py.
+- Model: array.py, device.py (noise and drift), parameters.py, presets.py.
 - Scene: the temperature at the hits of rays by `Warmth` in angen_addon/scene/surfaces/warmth.py.
 - Window: angen_addon/kinds/thermal_array/; coverage maps: coverage.py.
 - Physics: docs/thermal_array.md.
@@ -11,8 +11,9 @@
 from __future__ import annotations
 
 from ...kind import WARMTH, Field, Kind
-from .array import ThermalArray, ThermalArrayParameters
+from .array import ThermalArray
 from .coverage import view
+from .parameters import ThermalArrayParameters
 from .presets import PRESETS
 
 OCCUPIED = Field(

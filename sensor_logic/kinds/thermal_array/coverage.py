@@ -16,7 +16,8 @@ from ...kind import RAYS, WARMTH
 from ...model import Array, Update
 from ...physics import STEFAN_BOLTZMANN, radiosity
 from ...wording import ZERO_CELSIUS
-from .array import Background, Settling, ThermalArrayParameters, array_rays, celsius
+from .array import Background, Settling, array_rays, celsius
+from .parameters import ThermalArrayParameters
 
 # The motion is sampled at least this often, in Hz, however low the update rate is.
 LEAST_RATE = 1.0

@@ -111,19 +111,21 @@ PIR: dict[str, Any] = {}
 
 
 def _by_panel(panel: str, metres: float, movement: Movement) -> Situation:
-    return Situation(movement, metres, panel=panel, radar=RADAR, trials=2)
+    return Situation(movement, metres, panel=panel, radar=RADAR)
 
 
 def _crossing(metres: float, place: str = "ROOM", preset: str = "HC_SR501") -> Situation:
-    return Situation(people.crosses, metres, place=place, pir=PIR, preset=preset, trials=2)
+    # Only at the end of the reach does it differ from trial to trial.
+    trials = 2 if place == "CORRIDOR" else 1
+    return Situation(people.crosses, metres, place=place, pir=PIR, preset=preset, trials=trials)
 
 
 def _resting(movement: Movement, metres: float, trials: int = 1) -> Situation:
     return Situation(movement, metres, seconds=120.0, skipped=20.0, radar=RADAR, trials=trials)
 
 
-def _trunk(degrees: float, trials: int = 1) -> Situation:
-    return Situation(people.trunk_sways, 1.0, degrees, radar=NEAR, pir=PIR, trials=trials)
+def _trunk(degrees: float) -> Situation:
+    return Situation(people.trunk_sways, 1.0, degrees, radar=NEAR, pir=PIR)
 
 
 def _corridor(metres: float, trials: int = 2) -> Situation:
@@ -133,12 +135,12 @@ def _corridor(metres: float, trials: int = 2) -> Situation:
 _MARCH = people.walks_on_spot
 _STANDS = arriving(people.stands_still)
 SITUATIONS: dict[str, Situation] = {
-    "march 1": Situation(_MARCH, 1.0, radar=RADAR, pir=PIR, trials=3),
+    "march 1": Situation(_MARCH, 1.0, radar=RADAR, pir=PIR, trials=2),
     "march 2": Situation(_MARCH, 2.0, radar=RADAR, pir=PIR, trials=2),
     "march 3": Situation(_MARCH, 3.0, radar=RADAR, pir=PIR, trials=3),
     "march 5": Situation(_MARCH, 5.0, radar=RADAR, trials=2),
     "stands 1": _resting(_STANDS, 1.0, trials=2),
-    "micro 1": Situation(arriving(people.micro_movements), 1.0, radar=RADAR, pir=PIR, trials=3),
+    "micro 1": Situation(arriving(people.micro_movements), 1.0, radar=RADAR, pir=PIR, trials=2),
     "seated": replace(_resting(sitting_up(people.sits_still), 2.3), pir=PIR),
     "stands 4": _resting(_STANDS, 4.0),
     "corridor sways 5": _corridor(5.0),
@@ -149,27 +151,27 @@ SITUATIONS: dict[str, Situation] = {
         crouches, 0.55, seconds=100.0, skipped=40.0, place="TABLE", radar=RADAR, pir=PIR
     ),
     "trunk 0": _trunk(0.0),
-    "trunk 45": _trunk(45.0, trials=2),
+    "trunk 45": _trunk(45.0),
     "trunk 75": _trunk(75.0),
     "trunk 120": _trunk(120.0),
     "glass 3": _by_panel("glass", 3.0, _MARCH),
     "wood 3": _by_panel("wood", 3.0, _MARCH),
     "cardboard 3": _by_panel("cardboard", 3.0, _MARCH),
     "glass fibre 3": _by_panel("glass fibre", 3.0, _MARCH),
-    "wood sways 5": replace(_by_panel("wood", 5.0, people.sways), trials=1),
-    "glass sways 5": replace(_by_panel("glass", 5.0, people.sways), trials=1),
+    "wood sways 5": _by_panel("wood", 5.0, people.sways),
+    "glass sways 5": _by_panel("glass", 5.0, people.sways),
     "plasterboard sways 5": _by_panel("plasterboard", 5.0, people.sways),
     "door": Situation(_MARCH, 4.0, place="SHUT", radar=RADAR, trials=2),
     "beside": replace(_resting(_STANDS, 2.0), other=(_MARCH, 4.0, 0.5)),
     "behind": replace(_resting(_STANDS, 2.0), other=(_MARCH, 4.0, 0.0)),
-    "leaves": Situation(leaves, 2.0, seconds=70.0, skipped=10.0, radar=RADAR, pir=PIR, trials=3),
+    "leaves": Situation(leaves, 2.0, seconds=70.0, skipped=10.0, radar=RADAR, pir=PIR, trials=2),
     "cross 1": _crossing(1.0),
     "cross 4": _crossing(4.0),
     "cross 5": _crossing(5.0),
     "cross 6": _crossing(6.0, "CORRIDOR"),
     "cross 7, end": _crossing(7.0, "CORRIDOR", "HC_SR501_MAX"),
     "cross 5, end": _crossing(5.0, "ROOM", "HC_SR501_MAX"),
-    "jogs 1": Situation(people.jogging_arms, 1.0, pir=PIR, trials=2),
+    "jogs 1": Situation(people.jogging_arms, 1.0, pir=PIR),
     "sways 3": Situation(people.sways, 3.0, pir=PIR, trials=3),
     "glass 1": Situation(_MARCH, 1.0, pir=PIR, panel="glass"),
     "metal 1": Situation(_MARCH, 1.0, pir=PIR, panel="metal"),

@@ -319,6 +319,13 @@ SCENE_SETTINGS = {
         precision=1,
         step=50,
     ),
+    "angen_warmth_left": BoolProperty(
+        name="Warmth left behind",
+        description="Thermal arrays see for minutes that seats and beds are warm where somebody "
+        "rested. Bodies are what has a temperature, and a mass or an armature",
+        default=True,
+        options=set(),
+    ),
     "angen_ray_caster": EnumProperty(
         name="Ray caster",
         description="How the rays of sensors are cast. Both methods give the same events",

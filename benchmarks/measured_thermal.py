@@ -2,7 +2,8 @@
 """Rebuild what was measured with real infrared arrays: noise, and people below a ceiling.
 
 `measured_thermal.csv` has the measured values. `simulate` gives the same figures of the presets, in
-rooms with the project's own resident. Set-ups as far as they are known: docs/measured.md.
+rooms with the project's own resident. Who walks is posed as standing. Set-ups as far as they are
+known: docs/measured.md.
 """
 
 from __future__ import annotations
@@ -24,13 +25,19 @@ from .common import box_mesh, link, new_scene, run, sensors_of
 KIND = KINDS["THERMAL_ARRAY"]
 # m. Heights of a seat and of a mattress on the floor.
 SEAT, MATTRESS = 0.45, 0.10
+# s. So long rests who leaves warmth: the recording says seconds, and its files last 10 to 30 s.
+RESTED = 15
 # K. A pixel belongs to a body if the mean of 3 × 3 pixels exceeds the room by this.
 BLOB = 0.7
 
 
 def simulate(quick: bool) -> dict[str, float]:
-    """Return the simulated value of each row of measured_thermal.csv that can be rebuilt."""
-    return {**_noise(quick), **_melexis_people(quick), **_omron_people(quick)}
+    """Return the simulated value of each row of measured_thermal.csv by its id."""
+    left = {
+        "TA15": _warmth_left("sitting", SEAT, _chair, 10, 43),
+        "TA16": _warmth_left("lying", MATTRESS, _mattress, 5, 28),
+    }
+    return {**_noise(quick), **_melexis_people(quick), **_omron_people(quick), **left}
 
 
 # Noise
@@ -38,32 +45,32 @@ def simulate(quick: bool) -> dict[str, float]:
 
 def _noise(quick: bool) -> dict[str, float]:
     updates = 200 if quick else 800
-    melexis, rate = _still("MLX90640_BAA", updates, 8.0, netd=0.196 * math.sqrt(2.0))
-    eye, _ = _still("AMG8833", updates * 2)
-    omron, _ = _still("D6T_1616L", updates)
-    heimann, _ = _still("HTPA32", updates)
+    melexis = _still("MLX90640_BAA", updates, 8.0, netd=0.196 * math.sqrt(2.0))
+    eye = _still("AMG8833", updates * 2)
+    omron = _still("D6T_1616L", updates)
+    heimann = _still("HTPA32", updates)
     of_melexis, of_eye = _by_differences(melexis), _by_differences(eye)
     return {
-        "T1": _middle(of_melexis),
-        "T2": float(np.median(of_melexis)),
-        "T3": _edge(of_melexis),
-        "T4": _pixel_means(melexis, 40),
-        "T7": _middle(of_eye),
-        "T8": _edge(of_eye),
-        "T9": _corners(of_eye),
-        "T10": float(_means(eye, 50).mean(axis=(1, 2)).std()),
-        "T11": _pixel_means(eye, 50),
-        "T14": _corners(_by_differences(omron)) / _middle(_by_differences(omron)),
-        "T17": _corners(_by_differences(heimann)) / _middle(_by_differences(heimann)),
+        "TA1": _middle(of_melexis),
+        "TA2": float(np.median(of_melexis)),
+        "TA3": _edge(of_melexis),
+        "TA4": _pixel_means(melexis, 40),
+        "TA7": _middle(of_eye),
+        "TA8": _edge(of_eye),
+        "TA9": _corners(of_eye),
+        "TA10": float(_means(eye, 50).mean(axis=(1, 2)).std()),
+        "TA11": _pixel_means(eye, 50),
+        "TA14": _corners(_by_differences(omron)) / _middle(_by_differences(omron)),
+        "TA17": _corners(_by_differences(heimann)) / _middle(_by_differences(heimann)),
     }
 
 
-def _still(preset: str, updates: int, rate: float = 0.0, **values: Any) -> tuple[Any, float]:
+def _still(preset: str, updates: int, rate: float = 0.0, **values: Any) -> Any:
     """Return frames (updates, rows, columns) of an array in a room where nothing moves."""
     sensor = _room(preset, 2.5, 21.0, updates, rate)
     for name, value in {"rays": 1, **values}.items():
         setattr(sensor.angen_sensor.thermal_array, name, value)
-    return _frames(updates), sensor.angen_sensor.update_rate
+    return _frames(updates)
 
 
 def _by_differences(frames: Any) -> Any:
@@ -104,14 +111,14 @@ def _pixel_means(frames: Any, count: int) -> float:
 def _melexis_people(quick: bool) -> dict[str, float]:
     frames = _people("MLX90640_BAA", 2.355, 27.0, 1.2, 0.6, 4 if quick else 16)
     blobs = {posture: [_blob(frame) for frame in frames[posture]] for posture in frames}
-    return {"T5": float(np.mean(blobs["lying"])), "T6": float(np.mean(blobs["standing"]))}
+    return {"TA5": float(np.mean(blobs["lying"])), "TA6": float(np.mean(blobs["standing"]))}
 
 
 def _omron_people(quick: bool) -> dict[str, float]:
     frames = _people("D6T_1616L", 2.2, 19.5, 0.8, 0.8, 6 if quick else 24)
     tops = {p: np.median([_top(frame) for frame in frames[p]]) for p in frames}
     halves = [_above_half(frame) for frame in frames["sitting"]]
-    return {"T12": float(tops["lying"] / tops["standing"]), "T13": float(np.median(halves))}
+    return {"TA12": float(tops["lying"] / tops["standing"]), "TA13": float(np.median(halves))}
 
 
 def _people(
@@ -121,11 +128,8 @@ def _people(
 
     The places are within ±x and ±y (m) of the point below the array. The frames have no noise.
     """
-    sensor = _room(preset, ceiling, ambient, 1)
-    values = sensor.angen_sensor.thermal_array
-    for name in ("netd", "offset_sigma", "frame_drift", "pixel_drift", "resolution"):
-        setattr(values, name, 0.0)
-    mattress = link("mattress", box_mesh([((1.0, 0.45, MATTRESS / 2), (0, 0, 0))]))
+    _without_noise(_room(preset, ceiling, ambient, 1))
+    mattress = link("mattress", _mattress())
     chair = link("chair", _chair())
     rig = add_resident(bpy.context, Sort.ADULT, Vector((0, 0, 0)), 0.0)
     places = np.random.default_rng(1).uniform(-1.0, 1.0, (count, 3)) * (x, y, math.pi)
@@ -135,12 +139,44 @@ def _people(
         for k, (at_x, at_y, yaw) in enumerate(places.tolist()):
             pose = posed(build_of(rig), posture, (at_x, at_y, height), yaw, side=(0, 1, -1)[k % 3])
             show_pose(rig, pose)
-            mattress.location = (at_x, at_y, MATTRESS / 2 if posture == "lying" else -5.0)
+            mattress.location = (at_x, at_y, 0.0 if posture == "lying" else -5.0)
             chair.location = (at_x, at_y, 0.0 if posture == "sitting" else -5.0)
             mattress.rotation_euler.z = chair.rotation_euler.z = yaw
             bpy.context.view_layer.update()
             found[posture].append(_frames(1)[0] - ambient)
     return found
+
+
+def _without_noise(sensor: Any) -> None:
+    noise = "netd", "fixed_pattern", "offset_sigma", "frame_drift", "pixel_drift", "resolution"
+    for name in noise:
+        setattr(sensor.angen_sensor.thermal_array, name, 0.0)
+
+
+def _warmth_left(
+    posture: str, height: float, bearer: Callable[[], Any], first: int, last: int
+) -> float:
+    """Return the excess that a person leaves on a chair or mattress, by the person's own.
+
+    The person rests for `RESTED` s and is gone at once. The excess is that of the three warmest
+    pixels, in the mean from `first` to `last` s afterwards.
+    """
+    ambient = 19.5
+    sensor = _room("D6T_1616L", 2.2, ambient, RESTED + last + 1, 1.0)
+    _without_noise(sensor)
+    sensor.angen_sensor.thermal_array.mean_of = 1
+    link("bearer", bearer(), (0.3, 0.2, 0.0))
+    rig = add_resident(bpy.context, Sort.ADULT, Vector((0, 0, 0)), 0.0)
+    show_pose(rig, posed(build_of(rig), posture, (0.3, 0.2, height), 0.0))
+    for frame, aside in ((RESTED, 0.0), (RESTED + 1, 50.0)):
+        rig.delta_location.x = aside
+        rig.keyframe_insert("delta_location", index=0, frame=frame)
+    tops = [_top(frame - ambient) for frame in _frames(RESTED + last + 1)]
+    return float(np.mean(tops[RESTED + first : RESTED + last + 1]) / tops[RESTED - 1])
+
+
+def _mattress() -> Any:
+    return box_mesh([((1.0, 0.45, MATTRESS / 2), (0, 0, MATTRESS / 2))])
 
 
 def _chair() -> Any:
@@ -204,5 +240,4 @@ def _frames(last: int) -> Any:
     _, recording = run(bpy.context.scene, sensors, 1, last)
     texts = recording.tracks["array"].columns["frame_c"]
     shape = sensors[0].parameters.rows, sensors[0].parameters.columns
-    found: Callable[[str], Any] = lambda text: np.array(text.split(";"), float).reshape(shape)
-    return np.array([found(text) for text in texts])
+    return np.array([np.array(text.split(";"), float).reshape(shape) for text in texts])

@@ -64,7 +64,7 @@ def _radar(rays: tuple[int, int], name: str) -> Any:
     values = settings.presence_radar
     values.rays_across, values.rays_up = rays
     values.max_targets, values.gate_length, values.hold_time = 3, 0.32, 0.0
-    values.moving_thresholds = "15"
+    values.moving_thresholds, values.fading = "15", False
     return radar
 
 

@@ -252,9 +252,12 @@ class ANGEN_OT_simulate(LongWork, Operator):
         """
         scene = context.scene
         # A script may have switched to another scene, to which the recording does not belong.
-        if not self._updates() or scene is None or scene.session_uid != self._scene_uid:
+        if scene is None or scene.session_uid != self._scene_uid:
             return False
         if (early or not self._has_a_frame()) and self._keeps_earlier(scene):
+            return False
+        if not self._updates():
+            self.report({"INFO"}, f"No sensor was on in these frames: {self._stays(scene)}")
             return False
         frame = scene.frame_current + scene.frame_subframe
         if self._recording.covers(frame):
@@ -299,14 +302,17 @@ class ANGEN_OT_simulate(LongWork, Operator):
         )
         if self._has_a_frame() and not holds:
             return False
-        stays = "nothing is recorded"
-        if state.CACHE.kept(scene) is not None:
-            stays = "the earlier recording stays"
+        stays = self._stays(scene)
         if holds and earlier is not None:
             stays = f"frames {earlier.frame_start} to {earlier.frame_end} stay recorded"
         done = "" if self._has_a_frame() else " before the first frame was done"
         self.report({"INFO"}, f"Stopped{done}: {stays}")
         return True
+
+    def _stays(self, scene: Any) -> str:
+        """Return what is recorded if the run is not."""
+        is_recorded = state.CACHE.kept(scene) is not None
+        return "the earlier recording stays" if is_recorded else "nothing is recorded"
 
     def _updates(self) -> int:
         """Return the number of updates in the new recording."""

@@ -74,6 +74,7 @@ class ANGEN_PT_physics_warmth(PhysicsTab, _Warmth, Panel):
         column.use_property_split = has_name_column()
         scene = context.scene
         draw_property(column, scene, scene, "angen_ambient_temperature", "Ambient", "°C")
+        column.prop(scene, "angen_warmth_left")
 
 
 class ANGEN_PT_material_warmth(_Warmth, Panel):

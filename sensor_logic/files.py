@@ -8,6 +8,7 @@ import importlib
 import os
 import re
 import tempfile
+import zlib
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, Self
@@ -21,8 +22,8 @@ fcntl: Any = importlib.import_module("fcntl") if os.name == "posix" else None
 OURS = re.compile(r"(\.angen-\w{8,12})(?:-\d+)?\.(?:part|blend|lock)@?")
 # Names that Windows reserves for devices, with any suffix.
 DEVICES = re.compile(r"CON|PRN|AUX|NUL|(?:COM|LPT)[0-9¹²³]", re.IGNORECASE)
-# The content of a file. An iterable of texts is consumed once, while the file is written.
-Content = str | bytes | Iterable[str]
+# The content of a file. An iterable of its parts is consumed once, while the file is written.
+Content = str | bytes | Iterable[str] | Iterable[bytes]
 
 
 def check_folder(folder: Path, what: str) -> None:
@@ -140,7 +141,17 @@ def _named_errors(path: Path) -> Iterator[None]:
 def _encoded(content: Content) -> Iterable[bytes]:
     if isinstance(content, bytes):
         return [content]
-    return (piece.encode() for piece in ([content] if isinstance(content, str) else content))
+    pieces = [content] if isinstance(content, str) else content
+    return (piece.encode() if isinstance(piece, str) else piece for piece in pieces)
+
+
+def gzipped(texts: Iterable[str]) -> Iterator[bytes]:
+    """Yield a gzip file of `texts` in parts. It has no date: equal texts give equal bytes."""
+    # 16 more than the usual window makes zlib write the header and the end of a gzip file.
+    packer = zlib.compressobj(wbits=16 + zlib.MAX_WBITS)
+    for text in texts:
+        yield packer.compress(text.encode())
+    yield packer.flush()
 
 
 def _lock(folder: Path) -> tuple[int, Path]:

@@ -42,13 +42,12 @@ class Preset:
 def parts_with(**common: Any) -> Callable[..., Preset]:
     """Return a function of an identifier, a label, a source and values that makes a preset.
 
-    It also takes the `rate` of the preset. The preset also has the `common` values that it does not replace. So all presets of a kind set
-    the same parameters, and none keeps values of a preset chosen before.
+    It also takes the `rate` of the preset. The preset also has the `common` values that it does not
+    replace. So all presets of a kind set the same parameters, and none keeps values of a preset
+    chosen before.
     """
 
-    def part(
-        identifier: str, label: str, source: str, rate: float = 0.0, **values: Any
-    ) -> Preset:
+    def part(identifier: str, label: str, source: str, rate: float = 0.0, **values: Any) -> Preset:
         return Preset(identifier, label, {**common, **values}, source, rate)
 
     return part

@@ -273,10 +273,7 @@ def samples_csv(track: Track, start: datetime | None = None) -> Iterator[str]:
     The columns are time_s, frame and the fields of the sensor's kind. `start` is the date and time
     of t = 0. If it is given, a last column has dates and times.
     """
-    fields = [
-        f for f in track.kind.samples if not (f.optional and _is_empty(track.columns[f.name]))
-    ]
-    last = [COLUMN] if start else []
+    fields, last = sampled_fields(track), [COLUMN] if start else []
     yield to_csv(("time_s", "frame", *(f.name for f in fields), *last), ())
     columns = [track.times, track.frames, *(track.columns[f.name] for f in fields)]
     for parts in zip(*(column.parts() for column in columns), strict=True):
@@ -285,6 +282,11 @@ def samples_csv(track: Track, start: datetime | None = None) -> Iterator[str]:
         shown += [map(format_value, part) for part in values]
         shown += [(iso_time(start, time) for time in times)] if start else []
         yield rows_of(zip(*shown, strict=True))
+
+
+def sampled_fields(track: Track) -> list[Field]:
+    """Return the fields in the samples of a sensor, without optional ones that have no value."""
+    return [f for f in track.kind.samples if not (f.optional and _is_empty(track.columns[f.name]))]
 
 
 def _is_empty(column: Column) -> bool:

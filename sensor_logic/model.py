@@ -137,7 +137,8 @@ class Answers:
 #   RAYS (bundle, origins, directions, length): ranges (n,) in m along unit vectors (n, 3) from
 #       origins (n, 3); a ray that hits nothing within `length` (n,) reads `length`. `bundle` is a
 #       number that identifies rays cast together, the same at each update.
-#   WARMTH (as RAYS): the `Emission` at the hits.
+#   WARMTH (as RAYS, or with times, left): the `Emission` at the hits. With the times (n,) of the
+#       updates and the sensor's own `WarmthLeft`, also of seats and beds after somebody left them.
 #   REFLECTANCE (as RAYS): the reflectance (n,), 0 to 1, at the hits.
 #   CROSSINGS (origins, directions, length): `RayCrossings` of rigid solids and these rays since the
 #       step before; None where the sensor did not observe that step.

@@ -27,7 +27,7 @@ from ..process.standalone import standard_output_silenced
 from ..recording.stored_recording import stored_run
 from ..runtime.simulation import simulate
 from ..runtime.state import CACHE
-from ..runtime.time_base import evaluated_depsgraph
+from ..runtime.time_base import evaluated_depsgraph, outside_scene
 from ..scene.sensors import Sensor, all_sensors, check, chosen, simulated, unit_scale
 from .recording import Recording
 
@@ -232,7 +232,7 @@ class Home:
         ----------
         frames
             The first and the last frame; by default the scene's. Frames before the start of the
-            scene are left out. Frames after its end are simulated.
+            scene are left out. Frames after its end are simulated. A warning says so.
         sensors
             Names or patterns such as "PIR*"; by default all sensors.
         progress
@@ -253,6 +253,8 @@ class Home:
             )
         if not simulated(found):
             raise AngenError(f"{self.path.name} has no sensors to simulate: add one, or enable one")
+        if text := outside_scene(scene, first, last):
+            warnings.warn(text, stacklevel=2)
         run = Run()
         for step in simulate(scene, found, max(first, scene.frame_start), last, run):
             if progress is not None:

@@ -22,6 +22,7 @@ from ...sensor_logic.formats.source import (
     read_activities,
     read_home,
 )
+from ...sensor_logic.formats.units import UNIT_HELP, Units
 from ...sensor_logic.log import parse_start
 from ...sensor_logic.wording import plural
 from ..output.faulty import Faults, add_options
@@ -78,7 +79,7 @@ def _read(options: argparse.Namespace) -> tuple[Log, set[str]]:
     zone = _zone(options.timezone) if options.timezone else None
     if start and zone:
         start = start.replace(tzinfo=zone)
-    source = read_log(options.events, start, zone, options.sort)
+    source = read_log(options.events, start, zone, options.sort, Units.parse(options.unit))
     start = source.start
     for text in source.notes:
         note(text)
@@ -158,6 +159,7 @@ def make_parser(program: str) -> Parser:
         action="store_true",
         help="sort the log by time first, and drop rows that repeat another exactly",
     )
+    parser.add_argument("--unit", **UNIT_HELP)
     parser.add_argument(
         "--home",
         type=path,

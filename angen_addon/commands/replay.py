@@ -15,6 +15,7 @@ from ...sensor_logic.formats.home_assistant import OFFLINE, TOPIC, HomeMessages,
 from ...sensor_logic.formats.log import DEFAULT_START, Change, Channel, Log, since
 from ...sensor_logic.formats.reading import read_log
 from ...sensor_logic.formats.source import home_beside, read_home
+from ...sensor_logic.formats.units import UNIT_HELP, Units
 from ...sensor_logic.log import Value, parse_start
 from ..output.mqtt.address import AT_ONCE, Address, add_options, address_of
 from ..output.mqtt.link import Link
@@ -61,7 +62,7 @@ def _give_up(status: int) -> None:
 def _replay(options: argparse.Namespace, address: Address, check: Callable[[], None]) -> int:
     if options.events is None:
         raise InputError("no log to replay: give EVENTS.csv, or --forget")
-    log, start = _read(options.events, options.home)
+    log, start = _read(options.events, options.home, Units.parse(options.unit))
     if not log.changes:
         raise InputError(f"{options.events} has no events to replay")
     played = LogRange(log, _time_of(options.since, start), _time_of(options.until, start))
@@ -90,14 +91,17 @@ def _replay(options: argparse.Namespace, address: Address, check: Callable[[], N
     return DONE if whole else FAILED
 
 
-def _read(events: Path, home: Path | None) -> tuple[Log, datetime | None]:
+def _read(
+    events: Path, home: Path | None, units: Units | None = None
+) -> tuple[Log, datetime | None]:
     """Return a log with the rooms of its sensors, and the date and time of its start.
 
     The start is None if the log has no dates. `home` is a file with the rooms; by default the one
-    beside the log. Raise InputError if a file is wrong, and OSError if it cannot be read.
+    beside the log. `units` are the units of numbers that the log gives without one. Raise
+    InputError if a file is wrong, and OSError if it cannot be read.
     """
     about = read_home(home) if home else home_beside(events)
-    source = read_log(events, about.start)
+    source = read_log(events, about.start, units=units)
     for text in source.notes:
         note(text)
     return source.log(about.sensors, source.start or DEFAULT_START), source.start
@@ -194,6 +198,7 @@ def make_parser(program: str) -> Parser:
         help="a log in any format that convert reads, or a folder of days",
     )
     add_options(parser, required=True)
+    parser.add_argument("--unit", **UNIT_HELP)
     parser.add_argument(
         "--home",
         type=path,

@@ -334,7 +334,7 @@ class Planner:
         preset = next((p for p in kind.presets if p.identifier == entry.values.get("preset")), None)
         given = entry.values
         if preset is not None and preset.rate:
-            given = {"update_rate": preset.rate} | given
+            given = {"update_rate": preset.rate, **given}
         for name in COMMON:
             if name in given and not _is_same(given[name], listed.get(name)):
                 change.settings[name] = given[name]

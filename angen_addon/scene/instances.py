@@ -116,9 +116,20 @@ def _shown(collection: Any) -> Iterator[Any]:
         yield from _shown(child)
 
 
+def objects_of(view_layer: Any) -> Iterator[Any]:
+    """Yield the objects of a view layer, also those that a script has just added."""
+    # Blender lists objects that scripts link only after it has looked: reading the active object
+    # makes it look, without an evaluation.
+    _ = view_layer.objects.active
+    for obj in view_layer.objects:
+        # A view layer has gaps just after a script removed objects.
+        if obj is not None:
+            yield obj
+
+
 def shown_objects(view_layer: Any) -> Iterator[Any]:
     """Yield the objects that the viewport shows, in the order of the view layer."""
-    for obj in view_layer.objects:
+    for obj in objects_of(view_layer):
         if obj.visible_get(view_layer=view_layer):
             yield obj
 
@@ -132,10 +143,9 @@ def with_instanced(view_layer: Any) -> Iterator[tuple[Any, Any]]:
         The object; and the object of the view layer that shows it: itself, or a holder.
     """
     looked: set[Any] = set()
-    for obj in view_layer.objects:
-        if obj is not None:
-            yield obj, obj
-            yield from ((part, obj) for part in _instanced(obj, looked))
+    for obj in objects_of(view_layer):
+        yield obj, obj
+        yield from ((part, obj) for part in _instanced(obj, looked))
 
 
 def _instanced(obj: Any, looked: set[Any]) -> Iterator[Any]:

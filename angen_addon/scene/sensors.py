@@ -21,7 +21,16 @@ from ...sensor_logic.model import Pose, pose_from_matrix
 from ...sensor_logic.parameters import Parameters, specs
 from ...sensor_logic.wording import METRES, Lengths
 from .animation import is_animated, motion_paths
-from .instances import Holders, SensorFinder, Uid, is_holder, is_sensor, matrix_of, uid_of
+from .instances import (
+    Holders,
+    SensorFinder,
+    Uid,
+    is_holder,
+    is_sensor,
+    matrix_of,
+    objects_of,
+    uid_of,
+)
 
 # The place of an object, such as a magnet, a switch or the mark of a place.
 #
@@ -234,10 +243,7 @@ def all_sensors(view_layer: Any) -> list[Sensor]:
     """
     found = []
     finder = SensorFinder()
-    for obj in view_layer.objects:
-        if obj is None:
-            # A view layer has gaps just after a script removed objects.
-            continue
+    for obj in objects_of(view_layer):
         if is_sensor(obj):
             found.append(sensor_of(obj))
         if is_holder(obj):

@@ -2,7 +2,7 @@
 """Frames of an infrared array on a ceiling, with a person who stands, sits or lies, as a table:
 
     python docs/examples/array_frames.py FRAMES.csv [--people 40] [--preset D6T_1616L]
-        [--height 2.2] [--room 19 20] [--seed 1]
+        [--height 2.2] [--room 19 20] [--places 8] [--seed 1]
 
 Needs the package (`pip install .`). Each person has a size, clothes and a room of their own, and
 takes each posture at several places. `postures.py` learns from the table. A row is a frame:
@@ -28,8 +28,6 @@ except ModuleNotFoundError as error:
         f"array_frames: {error}: run `pip install .` in the repository's folder"
     ) from None
 
-# Each person takes each posture at so many places.
-PLACES = 8
 # The places are so far from the point below the array at most: a share of the ceiling's height.
 ASIDE = 0.6
 # m: heights of a seat, and of what bears a lying person: the floor or a mattress.
@@ -96,7 +94,8 @@ def put(home: Any, person: str, posture: str, at: Any, yaw: float, rng: Any) -> 
 def main() -> None:
     said = argparse.ArgumentParser(description=(__doc__ or "").partition("\n\n")[0])
     said.add_argument("table", type=Path, metavar="FRAMES.csv")
-    said.add_argument("--people", type=int, default=40, help="persons, 24 frames each")
+    said.add_argument("--people", type=int, default=40, help="number of persons")
+    said.add_argument("--places", type=int, default=8, help="frames of each posture and person")
     said.add_argument("--preset", default="D6T_1616L", help="preset of the array")
     said.add_argument("--height", type=float, default=2.2, help="height of the array, m")
     said.add_argument("--room", type=float, nargs=2, default=(19.0, 20.0), metavar="°C")
@@ -113,7 +112,7 @@ def main() -> None:
             )
         except angen_sensors.AngenError as error:
             raise SystemExit(f"array_frames: {error}") from None
-        netd = array.netd
+        netd, pattern = array.netd, array.fixed_pattern
         people = {sort: home.add_resident(sort) for sort in ("ADULT", "OLDER_ADULT")}
         usual = {name: bpy.data.objects[name].angen_resident.stature for name in people.values()}
         rows = csv.writer(file, lineterminator="\n")
@@ -129,9 +128,10 @@ def main() -> None:
             dress(rig.children[0], rng)
             furnish(rng, rng.uniform(*asked.room), ASIDE * asked.height)
             # Devices differ, and a part's noise depends on how it is read.
-            array.netd = netd * rng.uniform(0.5, 3.0)
+            array.netd = netd * math.exp(rng.uniform(math.log(0.5), math.log(6.0)))
+            array.fixed_pattern = pattern * rng.uniform(0.0, 3.0)
             for posture in ("standing", "sitting", "lying"):
-                for place in range(PLACES):
+                for _ in range(asked.places):
                     # A new seed for each frame: else all have the same draws of noise.
                     bpy.context.scene.angen_seed = int(rng.integers(1 << 30))
                     at = rng.uniform(-ASIDE, ASIDE, 2) * asked.height

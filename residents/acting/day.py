@@ -22,13 +22,13 @@ from ..routine.timetable import OTHER, Draws, Stream
 from .ground import Ground
 from .home import HomeInUse
 from .living import Performer
-from .places import Places
-from .timeline import AWAY, STANDING, Acted, ActedActivity, Stay
+from .places import Place, Places
+from .timeline import AWAY, STANDING, Acted, ActedActivity, Stay, Wait
 from .words import ActivitySteps, check_can_do, read_activities
 
 # How long the activity at the end of the day is acted past midnight, s.
 AFTER = 60.0
-T = TypeVar("T", ActedActivity, Stay)
+T = TypeVar("T", ActedActivity, Stay, Wait)
 
 
 def act(
@@ -89,7 +89,8 @@ def acting(
     """
     activities = read_activities(routine, places)
     _check_segments(segments, activities, residents, places)
-    home = HomeInUse(places, ground or Ground(places))
+    users = _users_of_places(segments, routine, activities, residents)
+    home = HomeInUse(places, ground or Ground(places), users=users)
     plans = {person: _segments_of_day(segments, person, day, draws) for person in residents}
     _restore_home(home, segments, activities, plans, day)
     left = home.state()
@@ -132,6 +133,26 @@ def _check_segments(
             check_can_do(step, places, residents[segment.person].is_cat)
             if step.word == "leave" and not places.entrances:
                 raise step.error("the home has no entrance: mark its front door as Entrance")
+
+
+def _users_of_places(
+    segments: Sequence[Segment],
+    routine: Routine,
+    activities: Mapping[str, ActivitySteps],
+    residents: Mapping[str, Build],
+) -> dict[str, list[str]]:
+    """Return the persons who use each place in any activity of the routine, by the place's name.
+
+    Cats are left out. The result is the same for each part of a run.
+    """
+    done = {(s.person, s.activity) for s in segments} | set(routine.done())
+    found: dict[str, list[str]] = {}
+    for person, build in residents.items():
+        mine = [activities[a] for who, a in done if who == person and a in activities]
+        for name in sorted(set().union(*(one.places for one in mine))):
+            if not build.is_cat:
+                found.setdefault(name, []).append(person)
+    return found
 
 
 def _segments_of_day(
@@ -197,17 +218,22 @@ def _put_at_start(performer: Performer, segments: Sequence[Segment], day: int) -
         if place is None and number >= count:
             named = (known[step.name] for step in activity_steps.all_steps if step.name in known)
             place, posture = next(named, None), STANDING
-        if place is not None and performer.home.is_free(performer.key(place), performer):
+        if place is not None and _is_free(performer, place):
             performer.start_at(place, posture or STANDING)
             return
     for place in known.values():
-        if performer.home.is_free(performer.key(place), performer):
+        if _is_free(performer, place):
             performer.start_at(place, STANDING)
             return
     raise InputError(
         f"no marked place is free for {performer.name!r} at midnight; mark one more "
         "place, such as a bed"
     )
+
+
+def _is_free(performer: Performer, place: Place) -> bool:
+    own = performer.home.place_for(place, performer.name)
+    return performer.home.is_free(performer.key(own), performer)
 
 
 # All persons together.
@@ -255,6 +281,7 @@ def _collect_acted(home: HomeInUse, people: list[Performer]) -> Acted:
         sorted(_cut_to_day(done), key=lambda one: (one.start, one.person)),
         sorted(_cut_to_day(stays), key=lambda one: (one.start, one.person)),
         home.sips,
+        sorted(_cut_to_day(home.waits), key=lambda one: (one.start, one.person)),
     )
 
 

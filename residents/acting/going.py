@@ -19,7 +19,7 @@ from .actor import FETCH_M, Actor, Standpoint, parking_on_path
 from .ground import resample, round_corners
 from .home import HomeInUse, Occupant
 from .places import LIE, SIT, Door, Place
-from .timeline import STANDING, WALKING
+from .timeline import STANDING, WALKING, Wait
 from .ways import NoPath, length
 from .words import ActivityStep
 
@@ -44,6 +44,8 @@ class Navigator(Actor):
 
     def __init__(self, name: str, build: Build, home: HomeInUse, now: float) -> None:
         super().__init__(name, build, home, now)
+        # Since when this person waits for a place, its name, and who uses it.
+        self._waits: tuple[float, str, str] | None = None
         self._key = ""  # the string under which this person has reserved a place
         self.until = math.inf  # end of the present segment
         self.step: ActivityStep | None = None  # the present step
@@ -73,9 +75,11 @@ class Navigator(Actor):
         """Wait until a place is free, walk to it and stand there."""
         key = self.key(place)
         if not self.home.is_free(key, self):
+            self._waits = self.now, place.name, self.home.holder_of(key)
             yield from self._walk_to_place(step, place, self._key, short_of=True)
             while not self.home.is_free(key, self):
                 yield from self.wait_briefly()
+            self.end_wait(came=True)
         self.home.reserve(key, self)
         before, self._key = self._key, key
         self._standpoints = [(place.at[:2], place.yaw)]
@@ -85,11 +89,18 @@ class Navigator(Actor):
         self._standpoints = []
         self.set_posture(STANDING, place.name)
 
+    def end_wait(self, came: bool) -> None:
+        """Record the wait for a place, if there is one; `came` is whether the place is free."""
+        if self._waits is not None:
+            since, place, other = self._waits
+            self.home.waits.append(Wait(since, self.now, self.name, place, other, came))
+            self._waits = None
+
     def abandon(self) -> None:
         """Abandon the activity, and end all reservations of places except the present one."""
         self.wanted_path, self.is_cornered = None, False
         place = self.home.places.places.get(self.place)
-        self._key = "" if place is None else self.key(place)
+        self._key = "" if place is None else self.key(self.home.place_for(place, self.name))
         self.home.release_all_but(self._key, self)
 
     def _walk_to_place(

@@ -15,7 +15,7 @@ import numpy as np
 from ...sensor_logic.model import Array
 from .ground import Ground
 from .places import DOOR, Door, Place, Places
-from .timeline import LYING, SITTING, Gesture, Hold, LeafSwing, Switch
+from .timeline import LYING, SITTING, Gesture, Hold, LeafSwing, Switch, Wait
 
 # Rooms whose name contains one of these are for one person at a time.
 _PRIVATE = ("bath", "toilet", "wc", "shower")
@@ -85,6 +85,10 @@ class HomeInUse:
         The changes so far, as in `Acted`.
     people : list of Occupant
         The persons and cats.
+    users : dict of str to list of str
+        The persons whose activities use each place, by its name.
+    waits
+        The times for which persons waited for a place so far.
     """
 
     places: Places
@@ -97,6 +101,8 @@ class HomeInUse:
     holds: dict[str, list[Hold]] = field(default_factory=dict)
     sips: dict[str, list[Gesture]] = field(default_factory=dict)
     people: list[Occupant] = field(default_factory=list)
+    users: dict[str, list[str]] = field(default_factory=dict)
+    waits: list[Wait] = field(default_factory=list)
     _reserved: dict[str, Occupant] = field(default_factory=dict)
     _free_from: dict[str, float] = field(default_factory=dict)
     _busy: dict[str, tuple[Occupant, float]] = field(default_factory=dict)
@@ -164,14 +170,31 @@ class HomeInUse:
 
     # Reservations.
 
+    def place_for(self, place: Place, person: str) -> Place:
+        """Return the place, or a person's own side of it.
+
+        A bed or seat for two has sides if several persons use it. One person alone uses the middle.
+        """
+        users = self.users.get(place.name, [])
+        if len(users) < 2 or not place.sides or person not in users:
+            return place
+        return place.sides[users.index(person) % len(place.sides)]
+
+    def holder_of(self, key: str) -> str:
+        """Return the name of the person who has reserved `key`, or ""."""
+        holder = self._reserved.get(key)
+        return holder.name if holder is not None else ""
+
     def reservation_key(self, place: Place) -> str:
         """Return the name under which a place is reserved.
 
-        This is the place's name. In a bath or toilet it is "room" and the room's name, so that one
-        person reserves the whole room.
+        This is the place's name, and the number of its side. In a bath or toilet it is "room" and
+        the room's name, so that one person reserves the whole room.
         """
         room = place.room.lower()
-        return f"room {place.room}" if any(word in room for word in _PRIVATE) else place.name
+        if any(word in room for word in _PRIVATE):
+            return f"room {place.room}"
+        return f"{place.name} side {place.side}" if place.side else place.name
 
     def is_free(self, key: str, occupant: Occupant) -> bool:
         """Return whether a person can now reserve `key`, a name from `reservation_key`."""

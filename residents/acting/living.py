@@ -67,6 +67,7 @@ class Performer(Navigator):
 
     def start_at(self, place: Place, posture: str) -> None:
         """Put the person at a place in a posture, and reserve the place."""
+        place = self.home.place_for(place, self.name)
         self._key = self.key(place)
         self.home.reserve(self._key, self)
         self.rest_at(place, posture)
@@ -101,12 +102,14 @@ class Performer(Navigator):
                 if activity_steps is not None:
                     yield from self._perform(activity_steps, segment, stream)
             except ActivityAbandoned:
+                self.end_wait(came=False)
                 self.abandon()
             self.stay_until(segment.end)
             yield
 
     def end(self) -> None:
         """End the last activity and the day."""
+        self.end_wait(came=False)
         self._end_activity()
         self.finish()
 
@@ -174,7 +177,7 @@ class Performer(Navigator):
         """Perform one step of an activity; `last` says whether no further step follows."""
         self.step = step
         if step.word in ("go", "stand at", "use", "sit", "lie"):
-            place = self.home.places.places[step.name]
+            place = self.home.place_for(self.home.places.places[step.name], self.name)
             yield from self._take_posture(step, place)
             lasts = step.lasts
             if lasts is None:

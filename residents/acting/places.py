@@ -52,6 +52,10 @@ class Place:
         Whether the room's name was guessed from the rooms of nearby sensors.
     size : float
         The largest side of the object, m.
+    sides : tuple of Place
+        For a bed or seat that is wide enough for two: the place of each, with the same name.
+    side : int
+        The number of a side, from 1; 0 for a place that is not one of the `sides`.
     """
 
     name: str
@@ -65,6 +69,8 @@ class Place:
     storey: int = 0
     room_guessed: bool = False
     size: float = 0.0
+    sides: tuple[Place, ...] = ()
+    side: int = 0
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,8 +13,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ...sensor_logic.model import Array
+from ...sensor_logic.wording import shown_duration
 from ..body.pose import BodyPose
 from ..body.turns import ease
+
+# A longer wait for a place is unusual, s.
+LONG_WAIT = 900.0
 
 
 @dataclass(frozen=True)
@@ -254,6 +258,36 @@ class Stay:
 
 
 @dataclass(frozen=True)
+class Wait:
+    """A time for which a person waited for a place that another person used.
+
+    `came` is whether the person then got the place, before the activity ended.
+    """
+
+    start: float
+    end: float
+    person: str
+    place: str
+    other: str
+    came: bool
+
+    @property
+    def is_long(self) -> bool:
+        """Whether the wait was in vain, or longer than people wait for a bathroom."""
+        return not self.came or self.end - self.start > LONG_WAIT
+
+    @property
+    def text(self) -> str:
+        """A sentence on the wait, and what to do about it."""
+        minutes = round(self.start / 60.0)
+        return (
+            f"{self.person!r} waits {shown_duration(self.end - self.start)} from "
+            f"{minutes // 60:02d}:{minutes % 60:02d} for {self.place!r}, which {self.other!r} "
+            "uses: mark another place, or a bed or seat that is 1.2 m wide, or plan other times"
+        )
+
+
+@dataclass(frozen=True)
 class Acted:
     """All that was acted on a day: motion, changes of the home, and who did what.
 
@@ -275,6 +309,8 @@ class Acted:
         Where the persons were.
     sips : mapping of str to list of Gesture
         When each cup is tilted.
+    waits : list of Wait
+        Who waited for a place that another person used.
     """
 
     bodies: Mapping[str, Timeline]
@@ -284,6 +320,7 @@ class Acted:
     activities: list[ActedActivity] = field(default_factory=list)
     where: list[Stay] = field(default_factory=list)
     sips: Mapping[str, list[Gesture]] = field(default_factory=dict)
+    waits: list[Wait] = field(default_factory=list)
 
     def spans(self, start: float, end: float) -> Array:
         """Return the start and end of each movement between two times, s, shape (k, 2), sorted.

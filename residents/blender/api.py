@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from datetime import date
 from pathlib import Path
@@ -15,6 +16,7 @@ from mathutils import Vector
 from ...angen_addon.api import home
 from ...angen_addon.runtime.simulation import Progress
 from ...angen_addon.runtime.time_base import evaluated_depsgraph
+from ...angen_addon.scene.instances import objects_of
 from ...angen_addon.scene.sensors import Sensor, unit_scale
 from ...sensor_logic.error import AngenError, InputError, explained
 from ...sensor_logic.log import parse_date
@@ -45,6 +47,11 @@ def household_of(sensors: Sequence[Sensor], plan: Plan, start: date | str, seed:
     with explained("start", InputError):
         first = parse_date(start) if isinstance(start, str) else start
     return Household(bpy.context.scene, sensors, plan, first, seed)
+
+
+def _warn_of_notes(household: Household) -> None:
+    for text in household.take_notes():
+        warnings.warn(text, stacklevel=3)
 
 
 SORTS = [sort.value for sort in Sort]
@@ -113,7 +120,9 @@ class Home(home.Home):
             if progress is not None:
                 progress((number + step.share) / days)
 
-        yield from run_days(household, range(days), report)
+        for day in run_days(household, range(days), report):
+            _warn_of_notes(household)
+            yield day
 
     def add_resident(
         self,
@@ -209,8 +218,8 @@ class Home(home.Home):
         """
         self.all_sensors()
         obj = bpy.data.objects.get(object)
-        if obj is None or obj.name not in bpy.context.view_layer.objects:
-            names = [one.name for one in bpy.context.view_layer.objects]
+        names = [one.name for one in objects_of(bpy.context.view_layer)]
+        if obj is None or obj.name not in names:
             raise AngenError(f"the home has no object '{object}'; {hint(object, names)}")
         if use not in LABELS:
             raise AngenError(f"use '{use}' is unknown: choose one of {', '.join(LABELS)}")
@@ -276,4 +285,5 @@ class Home(home.Home):
         household = household_of(found, plan, start, seed)
         span = _seconds(between) if between is not None else None
         [day] = run_days(household, [0], between=span)
+        _warn_of_notes(household)
         return day

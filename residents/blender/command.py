@@ -152,6 +152,11 @@ def _add_day(verbs: Any, every: argparse.ArgumentParser) -> None:
         metavar="NAME",
         help=f"also write a log for another tool into DIR; can be repeated: {', '.join(tools)}",
     )
+    verb.add_argument(
+        "--samples",
+        action="store_true",
+        help="also keep all updates, with the frames of arrays: DIR/samples/SENSOR/DATE.csv.gz",
+    )
     add_choice(verb)
     verb.add_argument(
         "--jobs",
@@ -197,11 +202,13 @@ def _run(options: argparse.Namespace, sensors: list[Sensor]) -> bool:
     household = Household(scene, chosen_sensors, plan, options.start, options.seed)
     if options.worker:
         # This never returns: the process that started this one ends it, and writes the tables.
-        folder = Folder(options.out, household, options.format)
+        folder = Folder(options.out, household, options.format, options.samples)
         _make(household, folder, days_of_worker(), lambda *_: None)
     # Act the first day now: errors come before anything is written.
     household.acted(0)
-    return _all(household, Folder(options.out, household, options.format), options)
+    _note_new(household)
+    folder = Folder(options.out, household, options.format, options.samples)
+    return _all(household, folder, options)
 
 
 def _all(household: Household, folder: Folder, options: argparse.Namespace) -> bool:
@@ -246,6 +253,12 @@ def _make(
 ) -> None:
     for day in run_days(household, numbers, progress):
         folder.keep(day)
+        _note_new(household)
+
+
+def _note_new(household: Household) -> None:
+    for text in household.take_notes():
+        note(text)
 
 
 def _add_places(verbs: Any, every: argparse.ArgumentParser) -> None:
@@ -263,7 +276,7 @@ def _places(options: argparse.Namespace, outputs: Outputs) -> int:
     as_text = reachable.as_text(found, lengths_of(bpy.context.scene))
     outputs.printed = reachable.as_json(found) if options.json else as_text
     note(found.count)
-    return FAILED if found.lost or found.places.problems else DONE
+    return FAILED if found.lost or found.places.problems or found.unable else DONE
 
 
 VERBS = {"day": Verb(_add_day, _day), "places": Verb(_add_places, _places)}

@@ -7,6 +7,7 @@ import hashlib
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from datetime import date, datetime, time
+from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
@@ -18,17 +19,21 @@ from ...angen_addon.output.run_log import about, sensor_facts
 from ...angen_addon.runtime.time_base import evaluated_depsgraph
 from ...angen_addon.scene.sensors import Sensor, decimal, unit_scale
 from ...sensor_logic.error import AngenError, explained
-from ...sensor_logic.files import check_folder, write_files
+from ...sensor_logic.files import check_folder, file_names, gzipped, write_files
 from ...sensor_logic.formats import FORMATS
 from ...sensor_logic.formats.outputs import check_installed, check_out, output_files
 from ...sensor_logic.formats.source import format_labels
+from ...sensor_logic.recording.tracks import Track
 from ..days.rows import Day, DayRows, toml
+from ..days.samples import samples_csv
 from ..days.truth import DAY_S
 from .daylight import site_of
 from .run import Household
 
 # Inside the folder of a run: the folder of its days, and the file with the digest of the run.
 DAYS, MARK = "days", "days/run.txt"
+# Inside it too: a folder for each sensor, with a file for each day.
+SAMPLES = "samples"
 
 
 def check_dates(start: date, days: int, formats: Iterable[str]) -> None:
@@ -44,12 +49,22 @@ class Folder:
     Complete days that the same run has written before are kept.
     """
 
-    def __init__(self, path: Path, household: Household, formats: Sequence[str]) -> None:
+    def __init__(
+        self, path: Path, household: Household, formats: Sequence[str], samples: bool = False
+    ) -> None:
         """Open or create the folder for the household's run.
 
-        Raise `AngenError` if the folder belongs to another run, or cannot be written.
+        With `samples`, the household's days also write the samples of its sensors, and a day
+        without them is not complete. Raise `AngenError` if the folder belongs to another run, or
+        cannot be written.
         """
         self._path, self._household = path, household
+        # The folder of each sensor's samples, by the sensor's name.
+        self._samples: dict[str, Path] = {}
+        if samples:
+            names = file_names(sensor.name for sensor in household.sensors)
+            self._samples = {n: path / SAMPLES / name[: -len(".csv")] for n, name in names.items()}
+            household.keep_samples = self.keep_samples
         self._formats = [FORMATS[name] for name in dict.fromkeys(formats) if name != "events"]
         self._digest = digest_of(household)
         for target in self._formats:
@@ -84,8 +99,27 @@ class Folder:
         return self._path / DAYS / f"{on.isoformat()}.json"
 
     def has(self, number: int) -> bool:
-        """Return whether the folder has the file of a day."""
-        return self._file(self.date_of(number)).is_file()
+        """Return whether the folder has all files of a day."""
+        on = self.date_of(number)
+        files = [self._file(on), *(self._samples_file(name, on) for name in self._samples)]
+        return all(file.is_file() for file in files)
+
+    def _samples_file(self, sensor: str, on: date) -> Path:
+        return self._samples[sensor] / f"{on.isoformat()}.csv.gz"
+
+    def keep_samples(self, on: date, tracks: Mapping[str, Track], midnight: float) -> None:
+        """Write the samples of a day, all or none of the files; raise `AngenError` on failure.
+
+        `tracks` are the readings of the day's run, and `midnight` is the start of the day in s of
+        the run.
+        """
+        files: dict[Path, Any] = {}
+        for name, track in tracks.items():
+            file = self._samples_file(name, on)
+            with explained(f"--out: cannot make {file.parent}", OSError, raised=AngenError):
+                file.parent.mkdir(parents=True, exist_ok=True)
+            files[file] = gzipped(samples_csv(track, on, midnight))
+        write_files(files)
 
     def read(self, number: int) -> Day | None:
         """Return a day from the folder, or None; raise `AngenError` if its file is damaged."""
@@ -117,8 +151,8 @@ class Folder:
     def finish(self, days: int) -> tuple[int, list[str]]:
         """Write the tables of the days before the first missing one, at most `days` of them.
 
-        Return their number, and notes on what the formats could not store. Raise `AngenError` if a
-        file cannot be written.
+        Return the number of complete ones, and notes on what the formats could not store. Raise
+        `AngenError` if a file cannot be written.
         """
         found: list[Day] = []
         while len(found) < days and (day := self.read(len(found))) is not None:
@@ -130,7 +164,7 @@ class Folder:
         texts[self._path / "home.toml"] = self._home_toml(len(found))
         notes = self._add_formats(whole, texts)
         write_files(texts)
-        return len(found), notes
+        return len([*takewhile(self.has, range(len(found)))]), notes
 
     def _add_formats(self, whole: DayRows, texts: dict[Path, Any]) -> list[str]:
         """Add the files of the chosen formats to `texts`; return notes on what was not stored."""

@@ -13,10 +13,9 @@ from typing import Any
 
 import bpy
 import numpy as np
-from mathutils import Matrix, Quaternion
+from mathutils import Matrix, Quaternion, Vector
 from numpy.typing import ArrayLike
 
-from ...angen_addon.scene.animation import action_curves
 from ...angen_addon.scene.light.scene import BEGINS, begins_of
 from ...angen_addon.scene.sensors import unit_scale
 from ...sensor_logic.model import Array, Index
@@ -27,7 +26,9 @@ from ..body.poses import palm, upright
 from ..body.solve import Bones, channels, solve
 from ..body.turns import compose, ease, lerp, rotated, slerp
 from ..days.rows import FPS
+from .lamps import LampCopies, Power
 from .person import body_of
+from .settings import above, build_of, is_placed_by_others
 
 # Values of Blender's enum of interpolations.
 CONSTANT, LINEAR = 0, 1
@@ -91,7 +92,7 @@ _HANDOVER_S = 0.3
 
 # Properties that keys change. rotation_mode is first, because setting it converts the rotation. A
 # matrix would not restore every bit.
-MOVED = ("rotation_mode", "location", "rotation_euler", "rotation_quaternion",
+MOVED = ("rotation_mode", "location", "rotation_euler", "rotation_quaternion", "scale",
          "hide_viewport", "hide_render", "energy")  # fmt: skip
 
 
@@ -151,12 +152,21 @@ class KeyedStretch:
             for name, rig in residents.items()
         }
         self._world: dict[str, Matrix] = {}
-        self._powers: dict[str, float] = {}
+        # Before any keyframe: the scale of each walking frame, in Blender units.
+        self._frame_scales = {
+            name: _frame_scale(rig)
+            for name, rig in residents.items()
+            if rig.angen_resident.walking_frame is not None
+        }
+        self._powers: dict[str, list[Power]] = {}
+        self.copies = LampCopies()
 
     def clear(self) -> None:
         for replaced in self._replaced.values():
             replaced.restore()
         self._replaced.clear()
+        self.copies.give_back()
+        self._powers.clear()
 
     def show(self, acted: Acted, start: float, end: float) -> None:
         """Insert keyframes for what the residents do from `start` to `end` (s of the day).
@@ -197,16 +207,26 @@ class KeyedStretch:
         pose = line.poses(self._seconds_at(at))
         bones = solve(pose)
         curves = self._curves(rig)
-        rig.rotation_mode = "XYZ"
         metres = unit_scale(bpy.context.scene)
-        for path, index, values in channels(pose, self._rest[person], bones):
+        found = list(channels(pose, self._rest[person], bones))
+        if is_placed_by_others(rig):
+            place = np.stack([values for path, _, values in found if path == "location"], -1)
+            size = Vector([pose.build.scale / metres] * 3)
+            self._write_placed(rig, at, place / metres, pose.heading, size)
+            found = [one for one in found if one[0].startswith("pose.bones")]
+        else:
+            rig.rotation_mode = "XYZ"
+            for axis in (0, 1):
+                curves.write("rotation_euler", axis, at[:1], [0.0])
+        for path, index, values in found:
             kept = _yaw_interpolation(values) if path == "rotation_euler" else LINEAR
             values = values / metres if path == "location" else values
             curves.write(path, index, at, values, kept)
-        for axis in (0, 1):
-            curves.write("rotation_euler", axis, at[:1], [0.0])
         frame = rig.angen_resident.walking_frame
-        if frame is not None:
+        if frame is not None and is_placed_by_others(frame):
+            place, yaw = pose.walker[:, :3] / metres, pose.walker[:, 3]
+            self._write_placed(frame, at, place, yaw, self._frame_scales[person])
+        elif frame is not None:
             curves = self._curves(frame)
             frame.rotation_mode = "XYZ"
             for axis in range(3):
@@ -241,7 +261,7 @@ class KeyedStretch:
         units, back = Matrix.Scale(1 / metres, 4), Matrix.Scale(metres, 4)
         moved = [units @ Matrix(door.moved(float(one)).tolist()) @ back @ before
                  for one in openings]  # fmt: skip
-        self._write_world_matrices(obj, at, moved)
+        self._write_local(obj, at, moved)
 
     def _show_lamp(self, name: str, changes: list[tuple[float, bool]], frames: Index) -> None:
         seconds = self._seconds_at(frames)
@@ -249,15 +269,14 @@ class KeyedStretch:
         for time, state in changes:
             on[seconds >= time - 1e-6] = state
         at = np.unique([0, *np.flatnonzero(np.diff(on)) + 1])
-        for light in lights_of(bpy.data.objects[name]):
-            if light.name not in self._powers:
-                self._powers[light.name] = _full_power(light)
-            power = self._powers[light.name]
+        if name not in self._powers:
+            self._powers[name] = self.copies.powers(bpy.data.objects[name])
+        for owner, path, power in self._powers[name]:
             # The first key has the full power, also if the lamp stays off: Cycles samples lights
             # by the power that it finds there.
             keyed = np.r_[frames[0] - 1, frames[at]]
             values = np.r_[power, np.where(on[at], power, 0.0)]
-            self._curves(light).write("energy", 0, keyed, values, CONSTANT)
+            self._curves(owner).write(path, 0, keyed, values, CONSTANT)
 
     def _show_carried(
         self, name: str, holds: list[Hold], sips: Sequence[Gesture], frames: Index,
@@ -301,7 +320,7 @@ class KeyedStretch:
             Matrix.LocRotScale(w / metres, Quaternion(q), before.to_scale())
             for w, q in zip(where, how, strict=True)
         ]
-        self._write_world_matrices(obj, at, placed)
+        self._write_local(obj, at, placed)
 
     def _frame_at(self, time: float) -> float:
         return 1 + self._fps * (time - self._begins)
@@ -336,22 +355,51 @@ class KeyedStretch:
             self._world[obj.name] = obj.matrix_world.copy()
         return self._world[obj.name]
 
-    def _write_world_matrices(self, obj: Any, at: Array, worlds: list[Matrix]) -> None:
-        """Insert keyframes of location and rotation at frames `at`, from world matrices."""
-        above = Matrix()
-        if obj.parent is not None:
-            above = (obj.parent.matrix_world @ obj.matrix_parent_inverse).inverted()
-        parts = [(above @ world).decompose() for world in worlds]
-        turns = np.array([part[1] for part in parts])
+    def _write_placed(self, obj: Any, at: Array, place: Array, yaw: Array, size: Vector) -> None:
+        """Insert keyframes at frames `at` that place an object in the world, whatever is above it.
+
+        `place` (n, 3) is its location in Blender units, `yaw` (n,) its rotation about z, rad, and
+        `size` its scale.
+        """
+        worlds = [
+            Matrix.LocRotScale(Vector(point), Quaternion((0.0, 0.0, 1.0), float(turn)), size)
+            for point, turn in zip(place.tolist(), yaw, strict=True)
+        ]
+        scales = self._write_local(obj, at, worlds)
+        for axis in range(3):
+            kept = scales[0, axis] / (obj.delta_scale[axis] or 1.0)
+            self._curves(obj).write("scale", axis, at[:1], [kept])
+
+    def _write_local(self, obj: Any, at: Array, worlds: list[Matrix]) -> Array:
+        """Insert keyframes of location and rotation from world matrices; return the scales (n, 3).
+
+        Blender adds the delta transforms to the keyframes, and applies what the parent adds.
+        """
+        undone = above(obj).inverted_safe()
+        parts = [(undone @ world).decompose() for world in worlds]
+        spare = obj.delta_rotation_quaternion.inverted()
+        turns = np.array([spare @ part[1] for part in parts])
         flips = np.sign((turns[1:] * turns[:-1]).sum(1))
         turns[1:] *= np.cumprod(np.where(flips < 0, -1.0, 1.0))[:, None]
         curves = self._curves(obj)
         obj.rotation_mode = "QUATERNION"
-        places = np.array([part[0] for part in parts])
+        places = np.array([part[0] - obj.delta_location for part in parts])
         for axis in range(3):
             curves.write("location", axis, at, places[:, axis])
         for axis in range(4):
             curves.write("rotation_quaternion", axis, at, turns[:, axis])
+        return np.array([part[2] for part in parts])
+
+
+def _frame_scale(rig: Any) -> Vector:
+    """Return the scale of a resident's walking frame in the world, in Blender units.
+
+    It follows the resident: what scales both from above changes neither.
+    """
+    frame, metres = rig.angen_resident.walking_frame, unit_scale(bpy.context.scene)
+    if not is_placed_by_others(frame):
+        return frame.scale.copy()
+    return frame.scale * (build_of(rig).scale / metres / rig.scale[2])
 
 
 def _pose_in_hand(
@@ -378,26 +426,3 @@ def _yaw_interpolation(yaw: Array) -> Index:
     """
     jumps = np.abs(np.diff(yaw, append=yaw[-1:])) > pi
     return np.where(jumps, CONSTANT, LINEAR)
-
-
-def lights_of(lamp: Any) -> set[Any]:
-    """Return the light data of a lamp object and its descendants, which are switched together."""
-    return {one.data for one in (lamp, *lamp.children_recursive) if one.type == "LIGHT"}
-
-
-def _full_power(light: Any) -> float:
-    """Return the power that a light has when it is on.
-
-    This is the largest of its present power and the values in the file's own keyframes.
-    """
-    data = light.animation_data
-    if data is None:
-        return float(light.energy)
-    curves = action_curves(data.action, getattr(data, "action_slot", None))
-    keys = [
-        key.co[1]
-        for curve in curves
-        if curve.data_path == "energy"
-        for key in curve.keyframe_points
-    ]
-    return float(max([light.energy, *keys]))

@@ -15,6 +15,7 @@ from ...angen_addon.coverage.floor import free_ways
 from ...angen_addon.progress import finished
 from ...angen_addon.scene.door_motion import MOTIONS, Leaf, leaves_of, shutting_of
 from ...angen_addon.scene.home import EvaluatedHome
+from ...angen_addon.scene.instances import objects_of
 from ...angen_addon.scene.lengths import OVERRIDABLE, property_group
 from ...angen_addon.scene.sensors import NotPlaced, known_rooms, placed_matrix, unit_scale
 from ...sensor_logic.error import AngenError
@@ -452,7 +453,7 @@ MARK = property_group(
 
 def marked(view_layer: Any) -> list[Any]:
     """Return the marked objects of a view layer, sorted by name."""
-    found = [obj for obj in view_layer.objects if obj.angen_place.use != NONE]
+    found = [obj for obj in objects_of(view_layer) if obj.angen_place.use != NONE]
     return sorted(found, key=lambda obj: obj.name)
 
 

@@ -16,6 +16,7 @@ from ...angen_addon.scene.sensors import assigned_room, is_placed
 from ...sensor_logic.error import AngenError, InputError
 from ...sensor_logic.model import Array
 from ..acting.places import DOOR, LAMP, MOVED, STAND, Door, LampPlace, Place, Places
+from .lamps import lamp_of
 from .marks import MarkedObject, door_of, marked
 from .standing import REACH_M, place_of, storey_index, walkable_home, walkable_storeys
 
@@ -145,21 +146,10 @@ class HomeMarks:
         at: Array = (
             MarkedObject(self.home, switch).middle if switch else self.marked[obj.name].middle
         )
-        return LampPlace(obj.name, _light_of(obj).name, at)
+        return LampPlace(obj.name, lamp_of(obj).name, at)
 
     def _place(self, obj: Any) -> Place:
         switch = obj.angen_place.switch if obj.angen_place.use == LAMP else None
         number = self.numbers[obj.name]
         hand = MarkedObject(self.home, switch) if switch else None
         return place_of(self.marked[obj.name], self.grounds[number], number, hand)
-
-
-def _light_of(obj: Any) -> Any:
-    """Return the light of a marked object: itself, a descendant, or its parent.
-
-    Without any light, return the object.
-    """
-    family = [obj, *sorted(obj.children_recursive, key=lambda child: child.name)]
-    if obj.parent is not None:
-        family.append(obj.parent)
-    return next((member for member in family if member.type == "LIGHT"), obj)

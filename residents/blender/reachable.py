@@ -24,10 +24,12 @@ from ...angen_addon.scene.marks import WAY_MARK
 from ...angen_addon.scene.sensors import unit_scale
 from ...sensor_logic.error import AngenError
 from ...sensor_logic.model import Array
-from ...sensor_logic.wording import Lengths, named, plural, quoted
-from ..acting.places import Place, Places
+from ...sensor_logic.wording import Lengths, named, plural, quoted, uncapitalized
+from ..acting.places import LAMP, Place, Places
 from ..acting.reach import Unreached, unreached_in_steps
+from .lamps import lamp_of, unswitchable
 from .marks import LABELS, NONE, marked
+from .moved_alike import examined_residents, moved_residents, unmovable
 from .places import read_marks, read_marks_in_steps
 from .settings import residents_in
 from .standing import WalkedStorey
@@ -52,6 +54,8 @@ class Checked:
         The name of the object in the way to a place, by the place's name.
     shut
         Names of objects that look like doors but are not marked as doors.
+    unable
+        Sentences on what a day cannot move or switch as it should.
     """
 
     places: Places
@@ -59,6 +63,7 @@ class Checked:
     lost: list[Unreached]
     between: Mapping[str, str]
     shut: tuple[str, ...] = ()
+    unable: tuple[str, ...] = ()
 
     @property
     def count(self) -> str:
@@ -97,6 +102,12 @@ def guessed_rooms(home: Examined) -> Iterable[Found]:
         )
 
 
+def examined_lamps(home: Examined) -> Iterable[Found]:
+    """Yield a finding for each marked lamp that residents cannot switch, or not alone."""
+    lamps = [lamp_of(o) for o in marked(home.view_layer) if o.angen_place.use == LAMP]
+    return unswitchable(lamps, home.depsgraph)
+
+
 def _moved_by_routine(scene: Any, view_layer: Any) -> list[Any]:
     """Return the objects that a routine can move: all marked objects if the home has residents.
 
@@ -108,6 +119,8 @@ def _moved_by_routine(scene: Any, view_layer: Any) -> list[Any]:
 
 # The doctor does not import residents: add their checks here.
 CHECKS["rooms"] = guessed_rooms
+CHECKS["residents"] = examined_residents
+CHECKS["lamps"] = examined_lamps
 MOVED_WITHOUT_KEYS.append(_moved_by_routine)
 
 
@@ -131,7 +144,19 @@ def check_places_in_steps(depsgraph: Any) -> Generator[Doing, None, Checked]:
             if name:
                 between[one.place.name] = name
     count = len(marked(depsgraph.view_layer))
-    return Checked(reading.places, count, lost, between, _unmarked_doors(depsgraph) if lost else ())
+    shut = _unmarked_doors(depsgraph) if lost else ()
+    return Checked(reading.places, count, lost, between, shut, _unable(depsgraph, reading.places))
+
+
+def _unable(depsgraph: Any, places: Places) -> tuple[str, ...]:
+    """Return sentences on what a day cannot move or switch as it should."""
+    leaves_moved = [bpy.data.objects[name] for name in places.doors]
+    lamps = [bpy.data.objects[lamp.object] for lamp in places.lamps.values()]
+    found = [
+        *unmovable([*moved_residents(depsgraph.scene), *leaves_moved]),
+        *unswitchable(lamps, depsgraph),
+    ]
+    return tuple(f"{problem}: {uncapitalized(mend)}" for problem, mend, _ in found)
 
 
 def _unmarked_doors(depsgraph: Any) -> tuple[str, ...]:
@@ -194,7 +219,12 @@ def sentences(checked: Checked, lengths: Lengths) -> list[str]:
     """Return all problems that a check has found, one line of text for each."""
     shut = f"No resident opens {named(checked.shut)}: mark each that is a door with Use: Door"
     lost = [sentence(checked, group, lengths) for group in _grouped_by_obstacle(checked)]
-    return [*checked.places.problems, *([shut] if checked.shut else []), *lost]
+    return [
+        *checked.places.problems,
+        *([shut] if checked.shut else []),
+        *lost,
+        *checked.unable,
+    ]
 
 
 def as_text(checked: Checked, lengths: Lengths) -> str:
@@ -237,7 +267,7 @@ def as_json(checked: Checked) -> str:
     rooms = sorted({name for s in checked.places.storeys for name in s.rooms} - {""})
     report = {
         "places": places, "doors": doors, "lamps": lamps, "rooms": rooms,
-        "problems": list(checked.places.problems),
+        "problems": [*checked.places.problems, *checked.unable],
     }  # fmt: skip
     return json.dumps(report, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 

@@ -28,7 +28,8 @@ from ...sensor_logic.error import InputError, explained
 from ...sensor_logic.files import read_text
 from ...sensor_logic.log import Event
 from ...sensor_logic.model import Array
-from ...sensor_logic.recording.tracks import Recording
+from ...sensor_logic.recording.tracks import Recording, Track
+from ...sensor_logic.wording import uncapitalized
 from ..acting import Ground, acting
 from ..acting.places import Places
 from ..acting.timeline import Acted
@@ -50,7 +51,9 @@ from ..routine.routine import DAY, Person, Routine, Segment
 from ..routine.timetable import Draws, timetable
 from .causes import Causes
 from .daylight import Daylight
-from .keys import KeyedStretch, lights_of
+from .keys import KeyedStretch
+from .lamps import lights_of, unswitchable
+from .moved_alike import moved_residents, unmovable
 from .places import read_marks_in_steps
 from .settings import build_of, residents_in
 
@@ -114,7 +117,7 @@ class DayRun:
     """The simulation of one day, or of a part of the day.
 
     After `progress` has run, `events` are the events of the day. `recording` has the readings, in
-    frames of the day.
+    frames of the day. `midnight` is the start of the day, in s of the recording.
 
     Parameters
     ----------
@@ -145,9 +148,9 @@ class DayRun:
     ) -> None:
         self._scene, self._sensors, self._keys, self._acted = scene, sensors, keys, acted
         self._clock = clock_of_day(number)
-        self._midnight = LEAD_S + number * DAY_S
+        self.midnight = LEAD_S + number * DAY_S
         self.recording = Recording()
-        what = self.recording, acted, residents, self._midnight
+        what = self.recording, acted, residents, self.midnight
         self._causes = Causes(scene, sensors, *what, causes)
         rates = [decimal(sensor.settings.update_rate) for sensor in sensors]
         self._before = max([TILTS_BACK / float(exact(rate)) for rate in rates] + [AFTER_S])
@@ -175,7 +178,7 @@ class DayRun:
                 self._causes.note if self._causes.wanted else None,
             )
             self._causes.explain_left()
-        self.events = attribute_events(_events(self._causes.events, self._midnight))
+        self.events = attribute_events(_events(self._causes.events, self.midnight))
 
     def _shown(self, start: float, end: float) -> Callable[[], None]:
         def exchange() -> None:
@@ -329,6 +332,9 @@ class Household:
             _check_placed(obj)
         # Whether events get their person and cause.
         self.causes = True
+        # Called at the end of a whole day with its date, its readings, and its midnight in their
+        # time (s).
+        self.keep_samples: Callable[[date, Mapping[str, Track], float], object] | None = None
         if read:
             finished(self.read_in_steps())
 
@@ -344,6 +350,11 @@ class Household:
                 self._builds[name] = build_of(obj)
         self._ground = Ground(self.places)
         self._last: tuple[int, Acted] | None = None
+        # Sentences for the user, each given once.
+        self._notes: dict[Any, str] = {
+            names: f"{problem}: {uncapitalized(mend)}"
+            for problem, mend, names in unmovable(moved_residents(self.scene))
+        }
 
     def date_of(self, number: int) -> date:
         return self.start + timedelta(number)
@@ -359,7 +370,23 @@ class Household:
         """Compute the same as `acted`; yield the progress, 0 to 1, and return the result."""
         if self._last is None or self._last[0] != number:
             self._last = number, (yield from self._act(number))
+            self._note_lamps({switch.object for switch in self._last[1].switches})
+            for wait in filter(lambda one: one.is_long, self._last[1].waits):
+                text = f"{self.date_of(number)}: {wait.text}"
+                self._notes.setdefault((wait.person, wait.place), text)
         return self._last[1]
+
+    def _note_lamps(self, names: set[str]) -> None:
+        """Note which lamps the residents cannot switch."""
+        lamps = [bpy.data.objects[name] for name in sorted(names)]
+        for problem, mend, objects in unswitchable(lamps, evaluated_depsgraph()):
+            self._notes.setdefault(objects, f"{problem}: {uncapitalized(mend)}")
+
+    def take_notes(self) -> list[str]:
+        """Return new sentences on who waits long for a place, and on what a day cannot move."""
+        found = [text for text in self._notes.values() if text]
+        self._notes = dict.fromkeys(self._notes, "")
+        return found
 
     def _act(self, number: int) -> Shares[Acted]:
         segments = self.plan.segments(self.start, number + 2, self.seed)
@@ -395,6 +422,8 @@ class Household:
         on = self.date_of(number)
         with Daylight(self.scene, sensors, on), self._seeded():
             yield from day.progress()
+        if self.keep_samples is not None and between is None:
+            self.keep_samples(on, day.recording.tracks, day.midnight)
         where = people(acted, self._room_at, self.places.room_of)
         done = activities(acted, self.places.room_of, where)
         return Day(on, day.events, tuple(done), tuple(where))

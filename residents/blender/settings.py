@@ -11,7 +11,7 @@ import bpy
 import numpy as np
 from bpy.props import EnumProperty, FloatProperty, PointerProperty
 from bpy.types import Object, PropertyGroup
-from mathutils import Matrix, Vector
+from mathutils import Euler, Matrix, Vector
 
 from ...angen_addon.advice.warmth import USUAL, warm
 from ...angen_addon.authoring.presets import select_only
@@ -43,14 +43,57 @@ def _sort_of(group: Any) -> Sort:
     return Sort(group.sort) if group.sort != NO_RESIDENT else Sort.ADULT
 
 
+def is_placed_by_others(obj: Any) -> bool:
+    """Return whether more than an object's own location, rotation and scale places it."""
+    return bool(
+        obj.parent is not None
+        or any(obj.delta_location)
+        or any(obj.delta_rotation_euler)
+        or obj.delta_rotation_quaternion.angle
+        or any(one != 1.0 for one in obj.delta_scale)
+    )
+
+
+def above(obj: Any) -> Matrix:
+    """Return the matrix that an object's parent adds to its own location, rotation and scale."""
+    if obj.parent is None:
+        return Matrix()
+    if obj.parent_type == "OBJECT":
+        return obj.parent.matrix_world @ obj.matrix_parent_inverse
+    return obj.matrix_world @ obj.matrix_basis.inverted_safe()
+
+
 def _get_stature(group: Any) -> float:
-    size = float(group.id_data.scale[2]) * unit_scale(bpy.context.scene)
-    return size * SKELETON_STATURE[_sort_of(group)]
+    """Return the stature that was set, or the height of an armature that was scaled since, m.
+
+    What scales the armature from above, such as an empty for the whole home, does not change it.
+    """
+    rig = group.id_data
+    own = float(rig.scale[2]) * _stature_of_one(group)
+    if not group.kept_scale or math.isclose(rig.scale[2], group.kept_scale, rel_tol=1e-4):
+        return own * float(group.kept_above)
+    return drawn_stature(rig) if is_placed_by_others(rig) else own
 
 
 def _set_stature(group: Any, stature: float) -> None:
-    size = stature / SKELETON_STATURE[_sort_of(group)] / unit_scale(bpy.context.scene)
-    group.id_data.scale = (size, size, size)
+    rig = group.id_data
+    one, own = _stature_of_one(group), float(rig.scale[2])
+    # So that the body is also drawn with this stature.
+    is_scaled = is_placed_by_others(rig) and own > 0.0 and drawn_stature(rig) > 0.0
+    group.kept_above = drawn_stature(rig) / (own * one) if is_scaled else 1.0
+    size = stature / one / group.kept_above
+    rig.scale = (size, size, size)
+    group.kept_scale = size
+
+
+def _stature_of_one(group: Any) -> float:
+    """Return the stature of a resident whose armature has the scale 1, m."""
+    return float(SKELETON_STATURE[_sort_of(group)]) * unit_scale(bpy.context.scene)
+
+
+def drawn_stature(rig: Any) -> float:
+    """Return the height that a resident's body has in the scene, m."""
+    return float(rig.matrix_world.to_scale()[2]) * _stature_of_one(rig.angen_resident)
 
 
 def _get_mass(group: Any) -> float:
@@ -83,6 +126,9 @@ class ANGEN_PG_resident(PropertyGroup):
         description="Height of the body, or of a cat's back; sets the scale of the armature",
         get=_get_stature, set=_set_stature, min=0.05, soft_max=2.2, precision=3, unit="LENGTH",
     )  # fmt: skip
+    # The armature's own scale when the stature was set, and what its parent then scaled it by.
+    kept_scale: FloatProperty(options={"HIDDEN"})
+    kept_above: FloatProperty(options={"HIDDEN"}, default=1.0)
     mass: FloatProperty(
         name="Mass",
         description="Mass with which the body weighs on pads",
@@ -156,8 +202,11 @@ def add_resident(context: Any, sort: Sort, at: Vector, yaw: float, with_frame: b
 
 def stand_up(rig: Any) -> None:
     """Pose a resident's bones as standing, with a walking frame in front if there is one."""
-    place = rig.location * unit_scale(bpy.context.scene)
-    show_pose(rig, posed(build_of(rig), STANDING, place, rig.rotation_euler.z, place.z))
+    place, yaw = rig.location, rig.rotation_euler.z
+    if is_placed_by_others(rig):
+        place, yaw = rig.matrix_world.translation, rig.matrix_world.to_euler().z
+    place = place * unit_scale(bpy.context.scene)
+    show_pose(rig, posed(build_of(rig), STANDING, place, yaw, place.z))
 
 
 def posed(
@@ -191,10 +240,16 @@ def posed(
 
 
 def show_pose(rig: Any, pose: BodyPose) -> None:
-    """Move a resident's armature, bones and walking frame to one pose (n = 1), without keyframes."""
+    """Move a resident's armature and walking frame to one pose (n = 1), without keyframes."""
     metres = unit_scale(bpy.context.scene)
     rest = {bone.name: np.array(bone.matrix_local.to_quaternion()) for bone in rig.data.bones}
-    for path, index, values in channels(pose, rest):
+    found = list(channels(pose, rest))
+    if is_placed_by_others(rig):
+        place = [float(values[0]) / metres for path, _, values in found if path == "location"]
+        turn, size = Euler((0.0, 0.0, float(pose.heading[0]))), [pose.build.scale / metres] * 3
+        rig.matrix_world = Matrix.LocRotScale(Vector(place), turn, Vector(size))
+        found = [one for one in found if one[0].startswith("pose.bones")]
+    for path, index, values in found:
         owner, _, name = path.rpartition(".")
         value = float(values[0]) / (metres if path == "location" else 1.0)
         getattr(rig.path_resolve(owner) if owner else rig, name)[index] = value

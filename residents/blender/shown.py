@@ -20,7 +20,8 @@ from ..acting.places import Places
 from ..acting.timeline import Acted
 from ..days.rows import FPS, frame_at, time_at
 from .daylight import Daylight
-from .keys import MOVED, KeyedStretch, lights_of
+from .keys import MOVED, KeyedStretch
+from .lamps import give_back, lights_of
 from .person import body_of
 from .still import rests
 
@@ -71,6 +72,8 @@ def show(
     daylight.insert_keys()
     first, last = max(start - AROUND_S, 0.0), end + AROUND_S
     keys.show(acted, first - 1.0, last + 1.0)
+    before["lent"] = keys.copies.lent
+    scene.angen_day.before = json.dumps(before)
     render = scene.render
     render.fps, render.fps_base, render.frame_map_old, render.frame_map_new = FPS, 1.0, 100, 100
     scene.use_preview_range = False
@@ -94,6 +97,7 @@ def leave(scene: Any) -> list[str]:
     before = json.loads(scene.angen_day.before)
     scene.angen_day.before = ""
     take_begins(scene)
+    give_back(before.get("lent", ()))
     for noted in before["owners"]:
         owner = getattr(bpy.data, noted["of"]).get(noted["name"])
         if noted["of"] == "worlds" and owner is not None:

@@ -9,9 +9,9 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import compress
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -297,6 +297,10 @@ def _main_part(floor: Floor, part: NDArray[np.int64], marks: Array) -> int:
 
 
 # Lengths in m.
+# A bed or seat of this width takes two people, each on a side. Assumed.
+FOR_TWO_M = 1.2
+# The other side of a bed is used if a person can stand so near to it.
+OTHER_SIDE_M = 0.5
 # A person about to sit stands this far in front of where the hips will be.
 BEFORE_SEAT_M = 0.57
 # Distance of the hips behind a seat's front, and inside a bed's edge.
@@ -337,17 +341,17 @@ def place_of(
     mark = marked.obj.angen_place
     look = facing_of(marked.obj, marked.matrix)
     floor = ground.storey.height
-    edge = None
+    edge, sides = None, ()
     if mark.use == STAND:
         point = marked.middle
         at, target_at = point[:2], np.array([*point[:2], floor])
     elif mark.use == SIT:
         target_at = _hips_on_seat(marked, look, floor)
-        ideal = target_at[:2] + look * (mark.away or BEFORE_SEAT_M)
-        at = standing_point(ground, marked, ideal, target_at)
+        at = _before_seat(ground, marked, look, target_at)
+        sides = _two_seats(ground, marked, look)
     elif mark.use == LIE:
         target_at = _hips_on_bed(marked, look)
-        at, edge = _bedside_points(ground, marked, look, target_at)
+        at, edge, sides = _bedside_points(ground, marked, look, target_at)
     else:
         aimless = mark.use in (LAMP, CURTAIN)
         at, target_at = _point_of_use(ground, target or marked, look, mark.away, aimless)
@@ -359,10 +363,30 @@ def place_of(
     guessed = not noted and ground.storey.is_guessed_at(at)
     standing = np.array([*at, floor])
     height = float(target_at[2]) - floor
-    return Place(
+    place = Place(
         marked.obj.name, mark.use, standing, yaw, target_at, height, room, edge, number, guessed,
         marked.size,
     )  # fmt: skip
+    own = (
+        replace(
+            place,
+            at=np.array([*side.at, floor]),
+            target=side.target,
+            height=float(side.target[2]) - floor,
+            edge=side.edge,
+            side=count,
+        )
+        for count, side in enumerate(sides, start=1)
+    )
+    return replace(place, sides=tuple(own))
+
+
+class _Side(NamedTuple):
+    """A side of a bed or seat for two: points as in `Place`; `at` (2,) is on the floor."""
+
+    at: Array
+    target: Array
+    edge: Array | None = None
 
 
 def standing_point(
@@ -431,12 +455,31 @@ def _is_in_sight(ground: WalkedStorey, marked: MarkedObject, points: Array, targ
     return seen
 
 
-def _hips_on_seat(marked: MarkedObject, look: Array, floor: float) -> Array:
-    """Return the point on a seat where the hips rest, shape (3,), m."""
+def _before_seat(ground: WalkedStorey, marked: MarkedObject, look: Array, target: Array) -> Array:
+    """Return the point (2,) where a person stands before sitting down, m."""
+    ideal = target[:2] + look * (marked.obj.angen_place.away or BEFORE_SEAT_M)
+    return standing_point(ground, marked, ideal, target)
+
+
+def _two_seats(ground: WalkedStorey, marked: MarkedObject, look: Array) -> tuple[_Side, ...]:
+    """Return both halves of a seat that is wide enough for two; () for any other."""
+    if not marked.solid or 2.0 * (wide := marked.box(look)[2]) < FOR_TWO_M:
+        return ()
+    halves = [_hips_on_seat(marked, look, ground.storey.height, k * wide / 2.0) for k in (1, -1)]
+    return tuple(_Side(_before_seat(ground, marked, look, half), half) for half in halves)
+
+
+def _hips_on_seat(marked: MarkedObject, look: Array, floor: float, aside: float = 0.0) -> Array:
+    """Return the point on a seat where the hips rest, shape (3,), m.
+
+    It is `aside` m to the left of the seat's middle, for a person who sits there.
+    """
     if not marked.solid:
         return marked.at
     middle, deep, wide = marked.box(look)
-    across = np.array([-look[1], look[0]]) * min(0.1, wide / 2)
+    left = np.array([-look[1], look[0]])
+    middle = middle + left * aside
+    across = left * min(0.1, wide / 2)
     along = np.arange(deep, -deep, -STEP_M)
     lines = [middle + along[:, None] * look + across * k for k in (-1, 0, 1)]
     tops = np.array([marked.heights(line) for line in lines]) - floor
@@ -467,8 +510,12 @@ def _hips_on_bed(marked: MarkedObject, look: Array) -> Array:
 
 def _bedside_points(
     ground: WalkedStorey, marked: MarkedObject, look: Array, target: Array
-) -> tuple[Array, Array]:
-    """Return the points where a person stands beside a bed (2,), and sits on its edge (3,), m."""
+) -> tuple[Array, Array, tuple[_Side, ...]]:
+    """Return the points where a person stands beside a bed (2,), and sits on its edge (3,), m.
+
+    The third result is the two sides of a bed that is wide enough for two. If nobody can stand on
+    the other side, as at a wall, both get in on the same one.
+    """
     across = np.array([-look[1], look[0]])
     sides = []
     for side in (across, -across):
@@ -480,9 +527,17 @@ def _bedside_points(
         apart = 0.0 if ground.part[here] == ground.main else APART_M
         free = bool(ground.storey.floor.free[here])
         off = float(np.linalg.norm(at - ideal)) + apart + (0.0 if free else WITHIN_M)
-        sides.append((off, at, side * (edge - ON_EDGE_M)))
-    _, at, sitting = min(sides, key=lambda found: found[0])
-    return at, target + np.array([*sitting, 0.0])
+        sitting = target + np.array([*(side * (edge - ON_EDGE_M)), 0.0])
+        sides.append((off, at, sitting, side, edge))
+    _, at, sitting, _, _ = min(sides, key=lambda found: found[0])
+    width = sum(edge for *_, edge in sides)
+    if width < FOR_TWO_M:
+        return at, sitting, ()
+    two = []
+    for off, own, seat, side, edge in sides:
+        hips = target + np.array([*(side * (edge - width / 4.0)), 0.0])
+        two.append(_Side(own, hips, seat) if off < OTHER_SIDE_M else _Side(at, hips, sitting))
+    return at, sitting, tuple(two)
 
 
 def _edge_distance(ground: WalkedStorey, marked: MarkedObject, target: Array, side: Array) -> float:

@@ -128,7 +128,7 @@ class Result:
     whole
         The number of complete days before the first one that is missing.
     notes
-        Sentences on what the file formats could not store.
+        Sentences on what the file formats could not store, and on who waits for a place.
     problem
         The error that ended the run early, or None.
     """
@@ -165,7 +165,7 @@ def _simulate_days(
     whole, notes = folder.finish(days)
     if not whole:
         folder.discard()
-    return Result(whole, notes, problem)
+    return Result(whole, [*notes, *household.take_notes()], problem)
 
 
 register, unregister = bpy.utils.register_classes_factory((ANGEN_OT_day_run,))

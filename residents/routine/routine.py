@@ -7,7 +7,7 @@ All durations and times are in seconds.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from datetime import date, datetime
 
@@ -108,7 +108,8 @@ class FixedPoint:
     lasts : float or None
         The median of the log-normally distributed duration, s. None if `until` is given.
     until : float or None
-        The mean end, s since midnight; more than 24 h is on the next day.
+        The mean end, s since midnight; more than 24 h is on the next day. Its standard deviation
+        is `spread` too.
     varies : float
         The standard deviation of the duration's logarithm.
     chance : float
@@ -224,6 +225,17 @@ class Routine:
     fillers: tuple[Filler, ...]
     interruptions: tuple[Interruption, ...]
     absences: tuple[Absence, ...]
+
+    def done(self) -> Iterator[tuple[str, str]]:
+        """Yield each person with each activity that the person may do, by their names."""
+        for person in self.persons.values():
+            yield person.name, person.begins
+        for plan in self.plans:
+            yield from ((plan.person, entry.activity) for entry in plan.entries)
+        for filler in self.fillers:
+            yield from ((filler.person, choice.activity) for choice in filler.choices)
+        for rule in self.interruptions:
+            yield rule.person, rule.activity
 
 
 @dataclass(frozen=True)

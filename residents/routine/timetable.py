@@ -100,13 +100,16 @@ def day_number(of: date) -> int:
 
 # The shortest stretch of an activity, s.
 SHORTEST = 30.0
+# The part of its length that an entry with a fixed end lasts at least. Assumed.
+LEAST = 0.25
 
 
 @dataclass(frozen=True)
 class _DrawnEntry:
     """An entry of a plan with drawn times.
 
-    If `lasts` is True, a late start makes the end late too. Otherwise, the end is fixed.
+    If `lasts` is True, a late start makes the end late too. Otherwise, the end is fixed, and the
+    entry must begin by the time `latest`, when what is still under way ends.
     """
 
     start: float
@@ -114,6 +117,7 @@ class _DrawnEntry:
     activity: str
     lasts: bool
     name: str
+    latest: float = inf
 
 
 def timetable(routine: Routine, first: date, days: int, seed: int) -> list[Segment]:
@@ -161,9 +165,11 @@ def _person_segments(
 ) -> Iterator[Segment]:
     """Yield what a person does, before interruptions and absences are applied."""
     now, doing = -DAY, person.begins
-    for day in range(-1, days):
+    drawn = [_draw_plan_entries(routine, person, day, draws) for day in range(-1, days)]
+    for day, points in enumerate(drawn, start=-1):
         filling = draws.stream(person.name, day, "filler")
-        for point in [*_draw_plan_entries(routine, person, day, draws), None]:
+        later = [*points, *(drawn[day + 2] if day + 2 < len(drawn) else ())]
+        for number, point in enumerate([*points, None]):
             until = (day + 1) * DAY if point is None else max(point.start, now)
             while now < until:
                 activity, end = _draw_filler(
@@ -174,6 +180,8 @@ def _person_segments(
             if point is None:
                 continue
             end = point.end if not point.lasts else now + point.end - point.start
+            # What is under way ends in time for all entries of this day and the next.
+            end = min([end, *(other.latest for other in later[number + 1 :])])
             if end - now >= SHORTEST:
                 yield Segment(now, end, person.name, point.activity)
                 now, doing = end, point.activity
@@ -200,8 +208,12 @@ def _draw_plan_entries(
 def _draw_plan_entry(entry: FixedPoint, name: str, midnight: float, stream: Stream) -> _DrawnEntry:
     start = midnight + entry.at + entry.spread * stream.normal()
     if entry.until is not None:
+        # So that it happens every day, whatever was drawn.
+        least = max(LEAST * (entry.until - entry.at), SHORTEST)
+        start = min(start, midnight + entry.until - least)
         end = midnight + entry.until + entry.spread * stream.normal()
-        return _DrawnEntry(start, max(end, start), entry.activity, False, name)
+        end = max(end, start + least)
+        return _DrawnEntry(start, end, entry.activity, False, name, end - least)
     end = start + stream.log_normal(entry.lasts or 0.0, entry.varies)
     return _DrawnEntry(start, end, entry.activity, True, name)
 

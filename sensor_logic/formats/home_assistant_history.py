@@ -4,14 +4,18 @@
 The header is `entity_id,state,last_changed`. The file lists one entity after the other, with times
 in UTC.
 
-The kind of an entity's sensor is guessed from the entity's name, such as
+An entity's name says what its sensor measures, by the last word that is known, such as
 `binary_sensor.hall_motion`. The name can also end with a field of this program's sensors, as in
-`sensor.pad_force_n`.
+`sensor.pad_force_n`. Other entities are left out.
+
+The file has no units, so numbers of other programs' entities need a unit that the user gives. A
+column `unit_of_measurement`, as scripts add it, is read.
 """
 
 from __future__ import annotations
 
 import csv
+import re
 from collections import defaultdict
 from collections.abc import Iterable
 from datetime import UTC, datetime
@@ -20,35 +24,53 @@ from typing import NamedTuple
 
 from ..kinds import KINDS
 from ..log import Event, Value
+from ..wording import listed
 from . import home_assistant, source
 from .source import ParsedLog
+from .units import MOST, UNITS, UnitOf
 
 HEADER = ("entity_id", "state", "last_changed")
+UNIT = "unit_of_measurement"
 # The header, or a line of the messages that `home_assistant` writes.
 BEGINS = rb"\"?entity_id\"?,\"?state\"?,\"?last_changed\b|\{[^\n]*\"topic\""
 STATES = {"on": True, "off": False, "open": True, "closed": False}
 BINARY, NUMBER = {"binary_sensor", "input_boolean"}, "sensor"
-# The quantity by the domain, or by a word in the name. Any other binary sensor detects motion.
+# The quantity, or the field, by the domain or by a word in the name.
 OF_DOMAIN = {"light": "light", "cover": "opening"}
 OF_WORD = {
+    **dict.fromkeys(("motion", "pir", "movement", "moving", "occupancy"), "motion"),
+    **dict.fromkeys(("presence", "target"), "presence"),
     **dict.fromkeys(("door", "window", "contact", "opening", "open", "gate"), "opening"),
     **dict.fromkeys(("bed", "seat", "chair", "pad", "mat", "pressure", "occupied"), "occupancy"),
     **dict.fromkeys(("light", "lamp"), "light"),
     **dict.fromkeys(("illuminance", "lux"), "illuminance"),
     "distance": "distance",
 }
+# What else entities report, and what devices report about themselves: `front_door_battery`.
+OTHER = set(
+    """
+    battery charging connectivity connection online status wan update problem fault error tamper
+    power plug running lock locked safety smoke gas co moisture leak water heat cold sound noise
+    vibration voltage current energy signal strength rssi linkquality lqi temperature humidity
+    co2 uptime speed angle firmware ping duration timeout delay threshold sensitivity enabled
+    enable fan heater heating pump switch outlet mode alarm siren led
+    """.split()  # noqa: SIM905
+)
+KNOWN = OTHER | OF_WORD.keys()
 
 
 class Entity(NamedTuple):
     """The sensor and the field whose values an entity of Home Assistant reports.
 
-    `type` is the type of the field's values.
+    `type` is the type of the field's values. `is_own` says that the entity's name has the field's
+    name, and so its unit.
     """
 
     sensor: str
     kind: str
     field: str
     type: type
+    is_own: bool = False
 
 
 def read(path: Path) -> ParsedLog:
@@ -63,12 +85,23 @@ def read(path: Path) -> ParsedLog:
     left_out = source.RowTally("state", "left out")
     with open(path, newline="", encoding="utf-8-sig") as text:
         reader = csv.DictReader(text)
-        rows = [(reader.line_num, [row[column] or "" for column in HEADER]) for row in reader]
-    entities = entities_of(dict.fromkeys(name for _, (name, _, _) in rows))
-    for line, (name, state, changed) in rows:
+        rows = [
+            (reader.line_num, [row.get(column) or "" for column in (*HEADER, UNIT)])
+            for row in reader
+        ]
+    names = dict.fromkeys(name for _, (name, *_) in rows)
+    entities = entities_of(names)
+    published = {f.name: f.unit for kind in KINDS.values() for f in kind.events}
+    for line, (name, state, changed, unit) in rows:
         entity = entities.get(name)
+        if entity is None:
+            continue
+        sensor, kind, field, _, is_own = entity
+        if published[field] in UNITS:
+            own = published[field] if is_own else ""
+            found.units.setdefault((sensor, field), UnitOf(name, unit or own))
         value = _value(entity, state)
-        if entity is None or value is None:
+        if value is None:
             left_out.add(line, f"'{name} {state}'")
             continue
         try:
@@ -76,11 +109,15 @@ def read(path: Path) -> ParsedLog:
         except ValueError:
             raise ValueError(f"line {line}: '{changed}' is not a time") from None
         time = time if time.tzinfo else time.replace(tzinfo=UTC)
-        sensor, kind, field, _ = entity
         found.changes.append(Event(time, sensor, field, 0.0, kind, value, line))
     # The file lists one entity after the other.
     found.changes.sort(key=lambda change: change.time)
     found.notes += [left_out.text] if left_out.count else []
+    if unknown := [name for name in names if name not in entities]:
+        found.notes.append(
+            "left out, because their names do not say that they are a sensor of a known kind: "
+            f"{listed(unknown, MOST)}; rename them in the file, such as binary_sensor.hall_motion"
+        )
     return found
 
 
@@ -108,11 +145,13 @@ def _entity(name: str) -> Entity | None:
     for kind, field in published:
         if thing.endswith(f"_{field.name}") and _fits(domain, field.type):
             sensor = thing.removesuffix(f"_{field.name}")
-            return Entity(sensor, kind.identifier, field.name, field.type)
-    words = [OF_WORD[word] for word in thing.split("_") if word in OF_WORD]
-    quantity = OF_DOMAIN.get(domain, next(iter(words), "motion"))
+            return Entity(sensor, kind.identifier, field.name, field.type, is_own=True)
+    # Home Assistant names an entity after its device, and then after what it measures.
+    words = [word for word in re.split("[^a-z0-9]+", thing.lower()) if word in KNOWN]
+    quantity = OF_DOMAIN.get(domain) or OF_WORD.get(words[-1] if words else "")
     for kind, field in published:
-        if field.quantity == quantity and (domain in OF_DOMAIN or _fits(domain, field.type)):
+        is_meant = quantity in (field.quantity, field.name)
+        if is_meant and (domain in OF_DOMAIN or _fits(domain, field.type)):
             return Entity(thing, kind.identifier, field.name, field.type)
     return None
 
@@ -121,9 +160,9 @@ def _fits(domain: str, field_type: type) -> bool:
     return domain in BINARY if field_type is bool else domain == NUMBER
 
 
-def _value(entity: Entity | None, state: str) -> Value | None:
-    """Return the value that a state stands for; None for "unavailable" or an unknown entity."""
-    if entity is None or state.lower() in {"unavailable", "unknown"}:
+def _value(entity: Entity, state: str) -> Value | None:
+    """Return the value that a state stands for; None for "unavailable"."""
+    if state.lower() in {"unavailable", "unknown"}:
         return None
     if entity.type is bool:
         return STATES.get(state.lower())

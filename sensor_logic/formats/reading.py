@@ -16,6 +16,7 @@ from ..log import HEADER, Event
 from . import FORMATS, Format
 from .log import DEFAULT_START, Log, LoggedActivity, SensorFacts, count_left_out, since
 from .source import ParsedLog, events_of, make_log, read_log_events, sort_rows
+from .units import Units
 
 HEAD = 4096
 
@@ -74,7 +75,11 @@ class LoadedLog:
 
 
 def read_log(
-    path: Path, start: datetime | None = None, zone: tzinfo | None = None, sort: bool = False
+    path: Path,
+    start: datetime | None = None,
+    zone: tzinfo | None = None,
+    sort: bool = False,
+    units: Units | None = None,
 ) -> LoadedLog:
     """Read an event log, a folder of days, or a file or folder in any of the readable formats.
 
@@ -87,6 +92,8 @@ def read_log(
         The time zone of the home, if known.
     sort
         Sort the rows by time, and keep only one of several equal rows.
+    units
+        The units of numbers whose units are not in the file.
 
     Raises
     ------
@@ -104,11 +111,12 @@ def read_log(
             f"{', '.join(FORMATS)}; an event log begins with {','.join(HEADER)}"
         )
     if found.read is not None:
-        return _loaded(path, found.name, found.read, start, zone, sort)
+        return _loaded(path, found.name, found.read, start, zone, sort, units)
     read = read_log_events(path / "events.csv" if path.is_dir() else path, start)
     if isinstance(read, ParsedLog):
-        return _loaded(path, found.name, lambda _: read, start, zone, sort)
+        return _loaded(path, found.name, lambda _: read, start, zone, sort, units)
     events, start = read
+    _convert(path, ParsedLog([]), units)
     if not sort:
         return LoadedLog(path, events, start, {})
     events, note = sort_rows(events)
@@ -122,9 +130,11 @@ def _loaded(
     start: datetime | None,
     zone: tzinfo | None,
     sort: bool,
+    units: Units | None,
 ) -> LoadedLog:
     try:
         read = reader(path)
+        _convert(path, read, units)
         if sort:
             read.sort()
         events, begin = events_of(read, start, zone)
@@ -147,6 +157,19 @@ def _loaded(
     end = since(begin, read.end) / 1e6 if begin and read.end else None
     has = read.has_states, read.has_activities
     return LoadedLog(path, events, begin, sensors, *has, left_out, notes, end)
+
+
+def _convert(path: Path, read: ParsedLog, units: Units | None) -> None:
+    """Convert the changes of a parsed log to the units of their fields."""
+    units = units or Units()
+    if units.given and not read.units:
+        raise InputError(
+            f"{path}: --unit is for a file without units, such as Home Assistant's history; "
+            "this log has no such numbers"
+        )
+    with explained(str(path), InputError):
+        read.changes, notes = units.convert(read.changes, read.units)
+    read.notes += notes
 
 
 def _format_of(path: Path) -> Format | None:

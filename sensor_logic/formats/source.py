@@ -26,6 +26,7 @@ from ..kinds import KINDS
 from ..log import COLUMN, HEADER, Event, Time, Value, format_value, parse_start, read_events, to_csv
 from ..recording.tracks import Recording
 from .log import DEFAULT_START, Change, Channel, Log, LoggedActivity, SensorFacts, in_zone, since
+from .units import UnitOf
 
 # The result of a reader: changes with dates.
 
@@ -53,6 +54,9 @@ class ParsedLog:
         A sentence for each repair or omission.
     end
         The local time until which the sensors were observed; None if unknown.
+    units
+        The name and unit in the file of each field whose numbers are not in its own unit, or may
+        not be, by sensor and field.
     """
 
     changes: list[Event[datetime]]
@@ -63,6 +67,7 @@ class ParsedLog:
     undated: int = 0
     notes: list[str] = field(default_factory=list)
     end: datetime | None = None
+    units: dict[tuple[str, str], UnitOf] = field(default_factory=dict)
 
     def sort(self) -> None:
         """Sort the changes as `sort_rows` does; undated initial states stay first."""

@@ -182,6 +182,8 @@ def a_thing_that_comes_and_goes_before_warmth(world: Any, _: Path) -> None:
 @scene(skips=True)
 def the_warmth_of_a_material(world: Any, _: Path) -> None:
     thing, material = warm(world), world.bpy.data.materials.new("warm")
+    # One edge is within a zone: both elements of a pair would see the same otherwise.
+    thing.location.x = 0.44
     thing.data.materials.append(material)
     material.angen_warmth.use_temperature = True
     for frame, value in ((1, 293.0), (20, 293.0), (22, 330.0)):

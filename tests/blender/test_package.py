@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import csv
 import os
 import re
 import subprocess
@@ -10,6 +11,7 @@ import sys
 from pathlib import Path
 
 import bpy
+import numpy as np
 import pytest
 
 ROOT = Path(__file__).resolve().parent.parent.parent
@@ -197,6 +199,25 @@ def test_the_home_by_script_of_the_docs_runs_as_it_stands(run, tmp_path) -> None
     assert "anna" in out and (tmp_path / "lived_in.blend").exists()
 
 
+@pytest.mark.slow
+def test_the_frames_for_a_recogniser_have_a_person_in_each_posture(run, tmp_path) -> None:
+    script = ROOT / "docs" / "examples" / "array_frames.py"
+    run(
+        "import runpy, sys\n"
+        "sys.argv = ['array_frames.py', 'frames.csv', '--people', '2', '--places', '1']\n"
+        f"runpy.run_path({str(script)!r}, run_name='__main__')\n"
+    )
+    with (tmp_path / "frames.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["posture"] for row in rows] == ["standing", "sitting", "lying"] * 2
+    assert [row["person"] for row in rows] == ["person 0"] * 3 + ["person 1"] * 3
+    for row in rows:
+        frame = np.array(row["frame_c"].split(";"), float)
+        assert len(frame) == 256 and row["columns"] == "16"
+        assert frame.max() - np.median(frame) > 2.0
+    assert len({row["frame_c"] for row in rows}) == 6
+
+
 @pytest.mark.parametrize(
     ("call", "error"),
     [
@@ -220,3 +241,86 @@ def test_what_a_home_cannot_do_is_one_clear_line(home, run, call, error) -> None
         "except angen_sensors.AngenError as error:\n    print(error)\n"
     )
     assert error in out and out.count("\n") == 1
+
+
+MADE_BY_DATA = """
+import warnings
+import bpy
+import angen_sensors
+
+home = angen_sensors.open("home.blend")
+
+def link(name, data, at):
+    obj = bpy.data.objects.new(name, data)
+    obj.location = at
+    bpy.context.scene.collection.objects.link(obj)
+    return obj
+
+def box(name, size, at):
+    mesh = bpy.data.meshes.new(name)
+    corners = [(x * s[0], y * s[1], z * s[2]) for s in [[c / 2 for c in size]]
+               for z in (-1, 1) for y in (-1, 1) for x in (-1, 1)]
+    faces = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
+    mesh.from_pydata(corners, [], faces)
+    return link(name, mesh, at)
+"""
+
+
+def test_sensors_made_by_bpy_data_alone_are_simulated(home, run) -> None:
+    out = run(
+        MADE_BY_DATA
+        + """
+tof = link("ToF new", None, (20.0, 0.0, 2.0))
+tof.angen_sensor.kind = "DISTANCE"
+box("floor", (4, 4, 0.2), (20.0, 0.0, -0.1))
+pad = box("Pad new", (0.4, 0.4, 0.01), (21.0, 0.0, 0.005))
+pad.angen_sensor.kind = "PRESSURE"
+print([s.name for s in home.sensors], home.sensor("ToF new").pose[:3, 3].round(3).tolist())
+found = home.simulate(sensors=["*new"])
+print(found.sensors, found.samples("ToF new")["distance_m"][0].round(1))
+bpy.data.objects.remove(pad)
+print(home.simulate(sensors=["*new"]).sensors)
+"""
+    )
+    assert out.splitlines() == [
+        "['PIR hall', 'Pad new', 'ToF new'] [20.0, 0.0, 2.0]",
+        "['Pad new', 'ToF new'] 2.0",
+        "['ToF new']",
+    ]
+
+
+def test_places_made_by_bpy_data_alone_are_read(home, run) -> None:
+    out = run(
+        MADE_BY_DATA
+        + """
+box("floor", (6, 6, 0.2), (20.0, 0.0, -0.1))
+box("Bed", (2.0, 1.0, 0.5), (20.0, 0.0, 0.25))
+home.mark("Bed", "LIE", room="bedroom")
+chair = box("Chair", (0.4, 0.4, 0.45), (22.0, 1.0, 0.225))
+chair.angen_place.use = "SIT"
+print(sorted(home.places()))
+"""
+    )
+    assert out.splitlines()[-1] == "['Bed', 'Chair']"
+
+
+@pytest.mark.parametrize(
+    ("frames", "words"),
+    [
+        ((-24, 24), "frames -24:24: those before the scene's start, frame 1, are left out"),
+        ((24, 60), "frames 24:60: those after the scene's end, frame 48, are simulated too"),
+        ((1, 48), ""),
+    ],
+)
+def test_frames_outside_the_scene_are_told(home, run, frames, words) -> None:
+    out = run(
+        "import warnings, angen_sensors\n"
+        "home = angen_sensors.open('home.blend')\n"
+        "with warnings.catch_warnings(record=True) as told:\n"
+        "    warnings.simplefilter('always')\n"
+        f"    found = home.simulate(frames={frames})\n"
+        "print(*[w.message for w in told], sep='; ')\n"
+        "print(found.samples('PIR hall')['frame'][[0, -1]].tolist())\n"
+    )
+    first, last = max(frames[0], 1), frames[1]
+    assert out.splitlines() == [words, str([float(first), float(last)])]

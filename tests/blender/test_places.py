@@ -398,3 +398,43 @@ def test_a_sensor_keeps_its_room_in_a_file(world, tmp_path, listed):
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     bpy.ops.wm.open_mainfile(filepath=path)
     assert listed() == {"door": "Hall"}
+
+
+@pytest.mark.parametrize(
+    ("width", "y", "own_sides"),
+    [
+        # Free on both sides; with a side at the wall; for one.
+        (1.6, 2.3, True), (1.4, 3.28, False), (1.0, 2.0, None),
+    ],
+)  # fmt: skip
+def test_a_bed_that_is_wide_enough_has_a_side_for_each_of_two(
+    world, addon_part, width, y, own_sides
+):
+    flat = Flat(world)
+    for obj in (flat.bed, flat.head):
+        bpy.data.objects.remove(obj)
+    bed = flat.box("Double", (2.0, width, 0.5), (4.9, y, 0.25))
+    bed.angen_place.use, bed.angen_place.facing = "LIE", np.pi / 2
+    place = flat.read(addon_part).places["Double"]
+    if own_sides is None:
+        assert place.sides == ()
+        return
+    one, other = place.sides
+    assert {one.side, other.side} == {1, 2} and one.name == other.name == "Double"
+    assert abs(one.target[1] - other.target[1]) == pytest.approx(width / 2, abs=0.02)
+    assert (one.target[1] + other.target[1]) / 2 == pytest.approx(y, abs=0.02)
+    apart = abs(one.at[1] - other.at[1])
+    assert apart > width if own_sides else apart < 0.05
+    assert one.target[2] == other.target[2] == pytest.approx(0.5, abs=0.01)
+
+
+@pytest.mark.parametrize(("width", "count"), [(1.8, 2), (0.9, 0)])
+def test_a_sofa_that_is_wide_enough_has_seats_for_two(world, addon_part, width, count):
+    flat = Flat(world)
+    sofa = flat.box("Sofa", (0.8, width, 0.45), (0.6, 2.5, 0.225))
+    sofa.angen_place.use, sofa.angen_place.facing = "SIT", np.pi / 2
+    sides = flat.read(addon_part).places["Sofa"].sides
+    assert len(sides) == count
+    if count:
+        assert abs(sides[0].target[1] - sides[1].target[1]) == pytest.approx(0.9, abs=0.02)
+        assert abs(sides[0].at[1] - sides[1].at[1]) == pytest.approx(0.9, abs=0.1)

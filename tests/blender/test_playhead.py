@@ -271,6 +271,7 @@ def stop(recording, early=True):
     stub.report = lambda _, text: said.append(text)
     stub._updates = lambda: operator._updates(stub)
     stub._has_a_frame = lambda: operator._has_a_frame(stub)
+    stub._stays = lambda scene: operator._stays(stub, scene)
     stub._keeps_earlier = lambda scene: operator._keeps_earlier(stub, scene)
     operator._finish(stub, bpy.context, early)
     return said
@@ -316,6 +317,27 @@ def test_a_run_that_ends_in_its_first_frame_is_no_recording(door, early):
         "Stopped before the first frame was done: nothing is recorded"
     ]
     assert cache().kept(door.scene) is None
+
+
+@pytest.mark.parametrize("recorded", [False, True])
+def test_esc_during_the_first_picture_of_light_sensors_alone_is_told(door, world, recorded):
+    if recorded:
+        ops.simulate()
+    world.sensor("LIGHT", "light")
+    recording = Recording()
+    lights = [s for s in all_sensors(bpy.context.view_layer) if s.name == "light"]
+    run = simulate(door.scene, lights, 1, 72, recording)
+    while not next(run).doing:
+        pass
+    run.close()
+    assert not any(map(len, recording.tracks.values()))
+    stays = "the earlier recording stays" if recorded else "nothing is recorded"
+    assert stop(recording) == [f"Stopped before the first frame was done: {stays}"]
+
+
+def test_a_run_in_which_no_sensor_is_on_is_told(door):
+    recording = Recording(frame_start=1, frame_end=72)
+    assert stop(recording, False) == ["No sensor was on in these frames: nothing is recorded"]
 
 
 def test_undo_brings_a_cleared_recording_back(door, tmp_path):

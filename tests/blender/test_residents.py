@@ -7,6 +7,7 @@ import pytest
 from bl_ext.user_default.angen_sensors.residents.blender.keys import KeyedStretch
 from bl_ext.user_default.angen_sensors.residents.blender.settings import build_of
 from bl_ext.user_default.angen_sensors.sensor_logic.physics import insulated_share
+from mathutils import Matrix, Vector
 from tiers import mostly_slow
 
 SORTS = ["OLDER_ADULT", "ADULT", "CHILD", "CAT"]
@@ -177,6 +178,35 @@ def test_keys_play_what_was_acted_and_clear_gives_all_back(world, body, keyed):
     assert np.allclose(before, after, atol=1e-6)
     assert np.allclose(bent, [np.array(b.matrix) for b in rigs["Anna"].pose.bones], atol=1e-6)
     assert not bpy.data.actions and lamp.data.energy == 40.0
+
+
+@pytest.mark.parametrize("way", ["delta", "turned", "tilted"])
+def test_a_leaf_and_a_cup_move_in_the_world_whatever_is_above_them(world, keyed, way):
+    rigs, done, places, (door, cup, _lamp) = keyed
+    for obj in (door, cup):
+        if way == "delta":
+            obj.delta_location, obj.delta_rotation_euler = (0.1, 0.2, 0.0), (0.0, 0.0, 0.3)
+        else:
+            empty = world.link(f"over {obj.name}", None, (1.0, 0.0, 0.5))
+            empty.rotation_euler = (0.0, 0.0, 0.7) if way == "turned" else (1.5708, 0.0, 0.2)
+            empty.scale = (2.0, 2.0, 2.0)
+            obj.parent = empty
+    world.update()
+    before = {obj: obj.matrix_world.copy() for obj in (door, cup)}
+    leaf = places.doors["Door"]
+    keys = KeyedStretch(rigs, places)
+    keys.show(done, 0.0, 100.0)
+    for seconds, opening in ((30.0, 0.0), (45.0, 1.5)):
+        world.scene.frame_set(1 + round(10 * seconds))
+        there = Matrix(leaf.moved(opening).tolist()) @ before[door]
+        assert np.allclose(door.matrix_world, there, atol=1e-4)
+    world.scene.frame_set(1 + 700)
+    low = min((cup.matrix_world @ Vector(corner)).z for corner in cup.bound_box)
+    assert low == pytest.approx(0.7, abs=1e-3)
+    keys.clear()
+    world.update()
+    for obj, matrix in before.items():
+        assert np.allclose(obj.matrix_world, matrix, atol=1e-5)
 
 
 def test_a_turn_that_is_taken_back_shows_between_no_two_frames(world, addon_part, body):

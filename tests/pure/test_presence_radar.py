@@ -20,6 +20,8 @@ from angen_sensors.sensor_logic.kinds.presence_radar.parameters import (
 from angen_sensors.sensor_logic.kinds.presence_radar.radar import (
     PERSON_BREATHING,
     PERSON_RATE,
+    ROUND,
+    WALKING,
     LeakyMean,
     PresenceRadar,
     breathing_speed,
@@ -94,28 +96,30 @@ def test_the_slower_the_less_it_counts_as_moving():
     corner = parameters.moving_corner
     assert corner == pytest.approx(0.0621, rel=1e-3)
     still = doppler_weight(0.0, corner)
-    for speed, share in ((corner, 0.5), (-corner, 0.5), (0.1 * corner, 1 / 101), (3.0, 0.9996)):
+    for speed, part in ((corner, 0.5), (-corner, 0.5), (0.1 * corner, 1 / 101), (3.0, 0.9996)):
         powers = received(parameters, echoes(2.0, speed=speed)).powers[:, 0]
-        assert powers[0] == pytest.approx(share * 0.25, rel=1e-3) and powers[1] >= powers[0]
+        assert powers[0] == pytest.approx(part**2 * 0.25, rel=1e-3), "of the amplitude"
+        assert powers[1] >= powers[0]
     assert still == 0.0
 
 
 def test_what_swings_within_the_integration_time_moves():
     parameters = RadarParameters(max_targets=1)
     seen = received(parameters, echoes(2.0, speed=[0.6, -0.6, 0.6, -0.6]))
-    assert seen.powers[0, 0] == pytest.approx(0.25, rel=0.02)
+    assert seen.powers[0, 0] == pytest.approx(0.25, rel=0.03)
     assert seen.speed[0] == 0.0, "it stays where it is"
 
 
 def test_a_chest_that_breathes_hardly_counts_as_moving_but_as_still():
     parameters = RadarParameters()
-    # 5 mm from peak to peak at 0.25 Hz: π·f·d/√2.
     speed = breathing_speed(PERSON_BREATHING, PERSON_RATE)
-    assert speed == pytest.approx(0.00278, rel=0.01)
+    turn = np.linspace(0.0, math.tau, 1000, endpoint=False)
+    chest = math.pi * 0.005 * 0.25 * np.cos(turn)
+    assert speed == pytest.approx((chest**4).mean() ** 0.25)
     moving, still = received(parameters, echoes(2.0, breathing=0.005)).powers[:, 0] / 0.25
-    assert moving == pytest.approx((speed / parameters.moving_corner) ** 2, rel=0.01)
-    assert still == pytest.approx(speed**2 / (speed**2 + parameters.still_corner**2))
-    assert 0.04 < math.sqrt(moving) < 0.05 and 0.6 < math.sqrt(still) < 0.74
+    assert moving == pytest.approx((speed / parameters.moving_corner) ** 4, rel=0.01)
+    assert math.sqrt(still) == pytest.approx(speed**2 / (speed**2 + parameters.still_corner**2))
+    assert math.sqrt(moving) < 0.01 and 0.4 < math.sqrt(still) < 0.6
 
 
 # Geometry
@@ -225,7 +229,7 @@ def test_the_power_of_a_small_target_falls_with_the_fourth_power_of_its_distance
     beams = radar_beams(parameters, POSE)
     powers = []
     for distance in (2.0, 4.0):
-        scene = Scene([Ball((0.0, distance, 0.0), 0.1, velocity=AWAY)])
+        scene = Scene([Ball((0.0, distance - 0.5, 0.0), 0.1, velocity=(0.0, 5.0, 0.0))])
         rays = beams.origins, beams.directions, beams.length, parameters.frequency, 0.1
         scene.answer(0, *rays)
         seen = scene.at(0.1).answer(0, *rays)
@@ -244,9 +248,9 @@ def test_energies_are_in_proportion_to_the_amplitude_or_decibels():
         parameters = RadarParameters(scale=scale, rays_across=1, rays_up=1, **QUIET)
         far, near = (
             energies(run(Answer(echoes(3.0, speed=1.0, share=share)), parameters)[-1])[4, 0]
-            for share in (0.002, 0.008)
+            for share in (0.0005, 0.002)
         )
-        assert 5.0 < far and near == pytest.approx(more(far), abs=1.0)
+        assert far > 5.0 and near == pytest.approx(more(far), abs=1.0)
 
 
 def test_energies_end_at_100_and_floors_add():
@@ -268,21 +272,24 @@ def test_the_rays_fill_the_angles_in_front_of_the_board():
         parameters = RadarParameters(rays_across=across, rays_up=up)
         beams = radar_beams(parameters, POSE)
         assert np.linalg.norm(beams.directions, axis=1) == pytest.approx(1.0)
-        assert (beams.directions[:, 1] >= 0.0).all(), "nothing behind the board"
+        ahead = np.degrees(np.arccos(beams.directions[:, 1]))
+        assert ahead.max() < 78.01, "nothing behind the board, and the least to its sides"
         assert beams.directions.shape == (across * up, 3)
     only = radar_beams(RadarParameters(rays_across=1, rays_up=1), POSE)
     assert only.directions[0] == pytest.approx(AWAY), "a single ray looks ahead"
     gain = two_way_gain(RadarParameters(), only.azimuth, 0.0)
-    assert only.weight / gain == pytest.approx([2.0 * math.pi]), "all of the solid angle"
+    assert only.weight / gain == pytest.approx(
+        [math.radians(156) * 2.0 * math.sin(math.radians(78))]
+    )
 
 
 def test_rays_are_as_dense_ahead_as_if_they_divided_the_field_of_view():
     fov = math.radians(120)
     angles = np.degrees(ray_angles(np.linspace(-1.0, 1.0, 61), fov))
-    assert angles[[0, 30, 60]] == pytest.approx([-90.0, 0.0, 90.0])
+    assert angles[[0, 30, 60]] == pytest.approx([-78.0, 0.0, 78.0])
     assert np.diff(angles)[30] == pytest.approx(2.0, abs=0.01)
     assert (np.diff(np.diff(angles)[30:]) > 0.0).all()
-    assert ray_angles(1.0, math.radians(178)) == pytest.approx(math.pi / 2)
+    assert ray_angles(1.0, math.radians(178)) == pytest.approx(math.radians(78))
     assert ray_angles(1.0, math.radians(20)) == pytest.approx(math.radians(15))
 
 
@@ -301,8 +308,10 @@ def test_a_standard_person_has_the_energies_of_the_parameters(name):
         at = round(farthest / bin_length) * bin_length
         scene = Scene([Person((0.0, at + 0.2 - 0.1 * (channel == 0), 0.0), **person)])
         found = energies(run(scene, parameters)[-1])[:, channel].max()
+        # A cylinder that moves as a whole, and not as a resident who walks on the spot.
+        share = WALKING if channel == 0 else ROUND
         expected = energy * math.sqrt(
-            person_power(parameters, at) / person_power(parameters, farthest)
+            person_power(parameters, at) / person_power(parameters, farthest) / share
         )
         assert found == pytest.approx(expected, rel=0.15, abs=0.6)
 
@@ -314,8 +323,8 @@ def test_no_gate_before_the_range_of_the_data_sheet_is_blind(name):
     known = calibration(parameters)
     breath = doppler_weight(breathing_speed(0.005, 0.25), parameters.still_corner)
     for channel, share, farthest in (
-        (0, 1.0, parameters.moving_range),
-        (1, breath, parameters.still_range),
+        (0, WALKING, parameters.moving_range),
+        (1, ROUND * breath, parameters.still_range),
     ):
         end = min(farthest, parameters.range_max) / parameters.range_scale * 0.95
         for at in np.linspace(max(0.1, parameters.range_min), end, 100).tolist():
@@ -330,14 +339,25 @@ def test_no_gate_before_the_range_of_the_data_sheet_is_blind(name):
 # A module that was measured: docs/presence_radar.md. One of its rows gave no constant.
 
 
+class OnTheSpot(Scene):
+    """A scene in which all bodies walk on the spot, with as strong echoes as residents have."""
+
+    speed, share = 0.6, WALKING
+
+    def answer(self, *question):
+        found = super().answer(*question)
+        speed = np.where(found.solid > 0, self.speed, 0.0)[None]
+        return replace(found, speed=speed, reflectance=found.reflectance * self.share)
+
+
+class Standing(OnTheSpot):
+    """A scene in which all bodies stand still: their balance moves them by 3 mm/s."""
+
+    speed, share = 0.003, ROUND
+
+
 def walker(distance, breathing=0.005):
-    """Return the scene of a person whose front walks on the spot; `distance` is of its middle."""
-
-    class OnTheSpot(Scene):
-        def answer(self, *question):
-            found = super().answer(*question)
-            return replace(found, speed=np.where(found.solid > 0, 0.6, 0.0)[None])
-
+    """Return the scene of a person who walks on the spot; `distance` is of its middle."""
     return OnTheSpot([Person((0.0, distance, 0.0), breathing=breathing)])
 
 
@@ -370,11 +390,11 @@ def test_energies_fade_as_the_sum_of_many_scatterers_without_memory():
 
 
 def test_who_stands_still_has_little_movement_near_and_is_present_to_5_m():
-    near = run(Scene([Person((0.0, 1.0, 0.0), breathing=0.005)]), part("LD2410"), updates=300)
+    near = run(Standing([Person((0.0, 1.0, 0.0), breathing=0.005)]), part("LD2410"), updates=300)
     moving = np.mean([energies(one)[:, 0] for one in near], axis=0)
     assert moving[1] == pytest.approx(30.9, abs=7.2) and moving[2] == pytest.approx(25.3, abs=6.0)
     for distance in (1.0, 2.3, 4.0, 5.0):
-        scene = Scene([Person((0.0, distance, 0.0), breathing=0.005)])
+        scene = Standing([Person((0.0, distance, 0.0), breathing=0.005)])
         readings = run(scene, part("LD2410"), updates=100)
         assert all(one.active for one in readings), distance
         assert energies(readings[-1])[:, 1].max() == 100.0
@@ -423,10 +443,10 @@ def test_presence_by_angle_is_that_of_a_measured_module(degrees, present):
 
 
 def test_a_wall_of_plasterboard_weakens_by_its_loss_twice():
-    person = Person((0.0, 3.0, 0.0), velocity=(0.0, 0.3, 0.0))
+    person = Person((0.0, 5.0, 0.0), velocity=(0.0, 0.3, 0.0))
     parameters = RadarParameters(**QUIET)
-    free = energies(run(Scene([person]), parameters)[-1])[4, 0]
-    through = energies(run(Scene([person], [Wall(1.5)]), parameters)[-1])[4, 0]
+    free = energies(run(Scene([person]), parameters)[-1])[6, 0]
+    through = energies(run(Scene([person], [Wall(1.5)]), parameters)[-1])[6, 0]
     loss = 2.0 * attenuation("PLASTERBOARD", 0.025, parameters.frequency)
     assert through == pytest.approx(free * 10.0 ** (-loss / 20.0), abs=0.8), "rounded"
     assert 8.0 < loss < 12.0

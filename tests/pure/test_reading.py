@@ -16,9 +16,10 @@ from zoneinfo import ZoneInfo
 import pytest
 from angen_sensors.sensor_logic.error import InputError
 from angen_sensors.sensor_logic.formats import FORMATS, mcap
-from angen_sensors.sensor_logic.formats.log import SensorFacts
+from angen_sensors.sensor_logic.formats.log import LoggedActivity, SensorFacts
 from angen_sensors.sensor_logic.formats.reading import read_log
 from angen_sensors.sensor_logic.formats.source import make_log, mended_word
+from angen_sensors.sensor_logic.formats.units import Units
 from angen_sensors.sensor_logic.log import HEADER, Event
 from log_of_a_year import AWKWARD, ROWS, SENSORS, START, write, year
 
@@ -384,7 +385,7 @@ binary_sensor.front_door,unavailable,2024-03-01T10:01:00.000Z
 binary_sensor.front_door,on,2024-03-01T10:05:00.500Z
 binary_sensor.pad_pressed,off,2024-03-01T10:00:00.000Z
 sensor.pad_force_n,1.5,2024-03-01T10:00:01.000Z
-binary_sensor.hall,on,2024-03-01T10:00:02.000Z
+binary_sensor.hall_motion,on,2024-03-01T10:00:02.000Z
 light.kitchen,off,2024-03-01T10:00:03.000Z
 sensor.temperature,21,2024-03-01T10:00:00.000Z
 """
@@ -393,7 +394,11 @@ sensor.temperature,21,2024-03-01T10:00:00.000Z
 def test_the_history_of_home_assistant_is_read(run, tmp_path) -> None:
     status, told, _ = run(HISTORY, "xes")
     assert status == 0
-    assert told == ["2 states left out, first line 3: 'binary_sensor.front_door unavailable'"]
+    assert told == [
+        "1 state left out, first line 3: 'binary_sensor.front_door unavailable'",
+        "left out, because their names do not say that they are a sensor of a known kind: "
+        "sensor.temperature; rename them in the file, such as binary_sensor.hall_motion",
+    ]
     status, told, _ = run(HISTORY.replace("2024-03-01T10:05:00.500Z", "noon"), "xes")
     assert status == 2 and "line 4: 'noon' is not a time" in told[0]
     (tmp_path / "source").write_text(HISTORY)
@@ -403,7 +408,7 @@ def test_the_history_of_home_assistant_is_read(run, tmp_path) -> None:
         (0.0, "front_door", "open", "0"),
         (0.0, "pad", "pressed", "0"),
         (1.0, "pad", "force_n", "1.5"),
-        (2.0, "hall", "moved", "1"),
+        (2.0, "hall_motion", "moved", "1"),
         (3.0, "kitchen", "lit", "0"),
         (300.5, "front_door", "open", "1"),
     ]
@@ -414,4 +419,163 @@ def test_replay_reads_the_history_and_tells_what_it_leaves_out(tmp_path, capsys)
     path.write_text(HISTORY)
     log, start = replay._read(path, None)
     assert len(log.changes) == 6 and start == datetime(2024, 3, 1, 10)
-    assert "2 states left out" in capsys.readouterr().err
+    assert "1 state left out" in capsys.readouterr().err
+
+
+def history(*rows: str) -> str:
+    return "entity_id,state,last_changed\n" + "".join(
+        f"{row},2024-03-01T10:00:{second:02}.000Z\n" for second, row in enumerate(rows)
+    )
+
+
+RADARS = history("sensor.ld2410_detection_distance,135", "sensor.ld2450_target_1_distance,1832")
+
+
+def values(out: str) -> list[str]:
+    return [row.split(",")[5] for row in out.splitlines()[1:]]
+
+
+def test_numbers_without_a_unit_are_asked_for_and_never_guessed(run) -> None:
+    status, told, _ = run(RADARS, "events")
+    assert status == 2
+    assert "sensor.ld2410_detection_distance, sensor.ld2450_target_1_distance" in told[0]
+    assert "--unit sensor.ld2410_detection_distance=UNIT" in told[0]
+    # The other sensors are there.
+    status, told, out = run(RADARS + "binary_sensor.hall_motion,on,2024-03-01T10:01Z\n", "events")
+    assert (status, len(told), values(out)) == (0, 1, ["1"])
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        ("sensor.ld2410_detection_distance=cm", "sensor.ld2450_target_1_distance=mm"),
+        ("detection_distance=cm", "target_1_distance=mm"),
+        ("distance_m=mm", "sensor.ld2410_detection_distance=cm"),
+        ("distance=mm", "detection_distance=cm"),
+    ],
+)
+def test_the_unit_of_an_entity_or_of_a_field_is_told(run, given) -> None:
+    options = [text for unit in given for text in ("--unit", unit)]
+    status, told, out = run(RADARS, "events", *options)
+    assert (status, told, values(out)) == (0, [], ["1.35", "1.832"])
+
+
+@pytest.mark.parametrize(
+    ("name", "unit", "value", "right"),
+    [
+        ("a_distance", "m", "1.35", "1.35"), ("a_distance", "in", "100", "2.54"),
+        ("a_distance", "ft", "10", "3.048"), ("a_illuminance", "lx", "120", "120"),
+        ("a_illuminance", "klx", "1.2", "1200"), ("pad_force_n", "kg", "70", "686.4655"),
+        ("a_max_c", "°F", "98.6", "37"), ("a_max_c", "K", "300", "26.85"),
+        ("a_distance_m", "cm", "135", "1.35"),
+    ],
+)  # fmt: skip
+def test_units_of_each_field_are_converted(run, name, unit, value, right) -> None:
+    rows = history(f"sensor.{name},{value}")
+    status, told, out = run(rows, "events", "--unit", f"{name}={unit}")
+    assert (status, told, values(out)) == (0, [], [right])
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ("distance_m=parsec", ["distance_m", "'parsec'", "m, cm, mm"]),
+        ("distance_m=lx", ["'lx' is no unit of distance_m"]),
+        ("distance_m", ["'distance_m' is not FIELD=UNIT"]),
+        ("=cm", ["is not FIELD=UNIT"]),
+        ("detecton_distance=cm", ["detecton_distance", "did you mean"]),
+    ],
+)
+def test_a_wrong_unit_is_one_line(run, given, words) -> None:
+    status, told, _ = run(RADARS, "events", "--unit", given)
+    assert (status, len(told)) == (2, 1)
+    assert all(word in told[0] for word in words), told
+    # Logs whose fields have their units take none.
+    status, told, _ = run(HEAD + "0,1,A,DISTANCE,distance_m,135\n", "events", "--unit", given)
+    assert (status, len(told)) == (2, 1) and "--unit" in told[0]
+
+
+def test_a_column_of_units_is_read(run) -> None:
+    head, *rows = RADARS.splitlines()
+    lines = [f"{head},unit_of_measurement", f"{rows[0]},cm", f"{rows[1]},mm"]
+    status, told, out = run("\n".join(lines) + "\n", "events")
+    assert (status, told, values(out)) == (0, [], ["1.35", "1.832"])
+
+
+def test_replay_takes_units(tmp_path) -> None:
+    path = tmp_path / "history.csv"
+    path.write_text(RADARS)
+    log, _ = replay._read(path, None, Units.parse(["detection_distance=cm", "distance=mm"]))
+    assert [change.value for change in log.changes] == [1.35, 1.832]
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "wan_status", "printer_online", "front_door_battery", "front_door_tamper", "bed_heater",
+        "hall_motion_problem", "phone_charging", "kitchen_leak", "guest_mode", "hall",
+    ],
+)  # fmt: skip
+def test_what_is_no_sensor_of_a_known_kind_is_left_out_and_named(run, name) -> None:
+    rows = history(f"binary_sensor.{name},on", "binary_sensor.hall_2_motion,on")
+    status, told, out = run(rows, "events")
+    assert (status, [row.split(",")[2] for row in out.splitlines()[1:]]) == (0, ["hall_2_motion"])
+    assert len(told) == 1 and f"binary_sensor.{name}; rename" in told[0]
+
+
+@pytest.mark.parametrize(
+    ("name", "field"),
+    [
+        ("front_door_motion", "moved"), ("hall_pir", "moved"), ("hall_occupancy", "moved"),
+        ("motion_sensor_hall", "moved"), ("bed_lamp", "lit"), ("ld2410_has_target", "presence"),
+        ("ld2410_presence", "presence"), ("wc_window_contact", "open"), ("office_chair", "pressed"),
+    ],
+)  # fmt: skip
+def test_the_last_known_word_of_a_name_says_what_an_entity_measures(run, name, field) -> None:
+    status, told, out = run(history(f"binary_sensor.{name},on"), "events")
+    assert (status, told, out.splitlines()[1].split(",")[4]) == (0, [], field)
+
+
+@pytest.mark.parametrize("name", [name for name in READ if name != "events"])
+def test_two_changes_of_a_field_at_one_time_are_both_kept(written, name) -> None:
+    rows = [(0.0, "PIR hall", "moved", "0")]
+    rows += [(float(t), "PIR hall", "moved", value) for t in (1, 2) for value in "1010"]
+    log = year(rows)
+    path = written(log, name)
+    expected = [(time, value) for time, _, _, value in rows]
+    if name.startswith("casas"):
+        # They list changes alone, and begin with the first.
+        expected = [(time - 1.0, value) for time, value in expected[1:]]
+    found = [(e.time, e.row[-1]) for e in read_log(path).events]
+    assert found[-8:] == expected[-8:]
+
+
+def points(text: str) -> list[tuple[str, str, str]]:
+    """Return series, fields and time of each line for InfluxDB."""
+    return [tuple(line.rsplit(" ", 2)) for line in text.splitlines()]
+
+
+def test_influx_keeps_each_change_and_activity_as_a_point_of_its_own(run) -> None:
+    # The hour that clocks skip in spring, in which a sensor changes often.
+    times = [f"2026-03-29 02:{n // 60:02}:{n % 60:02}" for n in range(0, 3600, 2)]
+    rows = "".join(f"{time} M001 {'OFF' if n % 2 else 'ON'}\n" for n, time in enumerate(times))
+    rows += "2026-03-29 03:00:00 M001 ON\n"
+    status, told, out = run(rows, "influx", "--timezone", "Europe/Stockholm")
+    assert (status, len(told)) == (0, 1) and "1800 changes" in told[0]
+    found = points(out)
+    assert len({(series, time) for series, _, time in found}) == len(found) == 1801
+    assert [fields for _, fields, _ in found[:3]] == ["moved=true", "moved=false", "moved=true"]
+    assert [int(time) for *_, time in found] == sorted(int(time) for *_, time in found)
+
+
+def test_influx_keeps_the_end_of_an_activity_and_the_begin_of_the_next() -> None:
+    hours = [(0, 1, "Cooking"), (1, 2, "Eating"), (2, 2, "Washing up")]
+    activities = [
+        LoggedActivity(start * 10**6, end * 10**6, "Anna", name, "kitchen")
+        for start, end, name in hours
+    ]
+    log = make_log([Event(0.0, "A", "moved", 0.0, "PIR", "0")], {}, START, activities)
+    found = points(FORMATS["influx"].write(log).files[""])
+    assert len({(series, time) for series, _, time in found}) == len(found) == 7
+    last = [fields for series, fields, _ in sorted(found, key=lambda point: int(point[2]))][-4:]
+    assert [fields.rpartition("=")[2] for fields in last] == ["true", "false", "true", "false"]

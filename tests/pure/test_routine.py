@@ -451,3 +451,38 @@ def test_toml_reads_back() -> None:
         "versions": {"blender": "4.5"},
         "sensors": [{"name": "π", "parameters": {"range": 4.0}}],
     }
+
+
+ONE_PERSON = """schema = 1
+[person.anna]
+begins = "Sleep"
+[activity.Sleep]
+do = ["lie Bed"]
+[activity.Read]
+do = ["sit Sofa"]
+[[plan]]
+person = "anna"
+entries = [{entries}]
+"""
+
+
+@pytest.mark.parametrize("spread", ["0 s", "5 min", "20 min", "1 h", "3 h"])
+@pytest.mark.parametrize(
+    ("at", "until", "before"),
+    [
+        ("09:00", "10:00", 'at = "10:30", activity = "Sleep", lasts = "18 h"'),
+        ("09:00", "10:00", 'at = "22:00", spread = "20 min", activity = "Sleep", until = "07:00"'),
+        ("09:00", "09:10", 'at = "23:00", activity = "Sleep", lasts = "9 h", varies = 0.5'),
+        ("23:30", "00:30", 'at = "02:00", activity = "Sleep", until = "23:00"'),
+    ],
+)
+def test_an_entry_without_chance_is_done_every_day(spread, at, until, before) -> None:
+    entry = f'at = "{at}", spread = "{spread}", activity = "Read", until = "{until}"'
+    text = ONE_PERSON.format(entries=f"{{ {entry} }}, {{ {before} }}")
+    for seed in range(5):
+        read = [s for s in drawn(text, days=30, seed=seed) if s.activity == "Read"]
+        # What begins before midnight can be on the day before the first one too.
+        assert len(read) in ((30, 31) if at == "23:30" else (30,))
+        length = 600 if until == "09:10" else HOUR
+        # All but what the begin or the end of the run cuts off last a quarter of the length.
+        assert min(s.end - s.start for s in read[1:-1]) >= 0.25 * length - 1

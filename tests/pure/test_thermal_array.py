@@ -36,7 +36,7 @@ class Room:
     def __init__(self, *shapes, ambient=AMBIENT):
         self.shapes, self.ambient = shapes, ambient
 
-    def ask(self, bundle, origins, ways, length):
+    def ask(self, bundle, origins, ways, length, *_):
         x, y = ways[:, 0] / -ways[:, 2], ways[:, 1] / -ways[:, 2]
         kelvin, emissivity = np.full(len(ways), self.ambient + ZERO), np.full(len(ways), 0.95)
         for inside, hot, shines in self.shapes:
@@ -194,7 +194,7 @@ def noise_of(name, count=400, **values):
 
 
 def parts_of(noise):
-    """Return the noise of the four pixels in the middle, the median of the edge, and the corners."""
+    """Return the noise of the middle four pixels, the median of the edge, and of the corners."""
     (rows, columns), edge = noise.shape, np.ones(noise.shape, bool)
     edge[1:-1, 1:-1] = False
     middle = noise[rows // 2 - 1 : rows // 2 + 1, columns // 2 - 1 : columns // 2 + 1]
@@ -203,7 +203,7 @@ def parts_of(noise):
 
 def test_a_mlx90640_at_8_hz_has_the_measured_noise():
     """Measured: 0.277 K in the middle, the median pixel 0.356 K, the edge 0.465 K."""
-    noise, frames = noise_of("MLX90640_BAA", 160, rays=1, netd=0.196 * math.sqrt(2))
+    noise, _ = noise_of("MLX90640_BAA", 160, rays=1, netd=0.196 * math.sqrt(2))
     middle, edge, _ = parts_of(noise)
     assert middle == pytest.approx(0.277, abs=0.03)
     assert np.median(noise) == pytest.approx(0.356, abs=0.02)
@@ -223,7 +223,7 @@ def test_a_grid_eye_has_the_measured_noise_and_drift():
 
 @pytest.mark.parametrize(("name", "ratio"), [("D6T_1616L", 2.33), ("HTPA32", 2.0)])
 def test_corner_pixels_have_the_measured_share_of_noise(name, ratio):
-    noise, frames = noise_of(name, 300, rays=1)
+    noise, _ = noise_of(name, 300, rays=1)
     middle, _, corner = parts_of(noise)
     assert corner / middle == pytest.approx(ratio, abs=0.25)
 
@@ -451,7 +451,7 @@ def test_the_strength_is_that_of_the_model():
             parameters = ThermalArrayParameters(min_pixels=need)
             motion, start = MOTIONS["CHEST"], Start(np.array([[*place, 0.0]]), *np.zeros((2, 1)))
 
-            def warmth(bundle, origins, ways, length, motion=motion, start=start):
+            def warmth(bundle, origins, ways, length, *_, motion=motion, start=start):
                 free = np.full(len(ways), 50.0)
                 found = hits(motion, start, 0.0, Rays(origins[0], ways, free))
                 kelvin = np.full(len(ways), AMBIENT + ZERO)

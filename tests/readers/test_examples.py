@@ -9,6 +9,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -100,6 +101,31 @@ def test_the_recogniser_learns_and_tells_what_a_detector_is_worth(days, run, rea
     assert "no 2026-04-01; the days are 2026-03-02, 2026-03-03, 2026-03-04" in told
     assert "'7.3.2026' is not a date" in run("recogniser.py", days, "--test", "7.3.2026")
     assert "has no events.csv" in run("recogniser.py", "nofolder", "--test", "2026-03-04")
+
+
+def test_a_forest_learns_postures_from_shapes_in_frames(tmp_path, run, reader) -> None:
+    """Standing: a small warm spot; lying: a long cooler one; sitting: between."""
+    reader("sklearn")
+    shapes = {"standing": (1.2, 1.2, 8.0), "sitting": (2.2, 1.5, 6.5), "lying": (4.0, 1.2, 4.5)}
+    rng, (y, x) = np.random.default_rng(1), np.mgrid[:16, :16]
+    rows = ["posture,person,columns,frame_c"]
+    for number in range(90):
+        posture = list(shapes)[number % 3]
+        long, wide, warmth = shapes[posture]
+        turn, (left, up) = rng.uniform(0, np.pi), rng.uniform(5, 11, 2)
+        along = (x - left) * np.cos(turn) + (y - up) * np.sin(turn)
+        across = (y - up) * np.cos(turn) - (x - left) * np.sin(turn)
+        frame = 20 + warmth * np.exp(-((along / long) ** 2) / 2 - (across / wide) ** 2 / 2)
+        frame += rng.normal(0, 0.1, frame.shape)
+        text = ";".join(f"{value:.2f}" for value in frame.ravel())
+        rows.append(f"{posture},person {number // 6},16,{text}")
+    table = tmp_path / "frames.csv"
+    table.write_text("\n".join(rows) + "\n")
+    assert float(run("postures.py", table)["right, balanced"][0]) > 0.9
+    found = run("postures.py", table, "--on", table, "--trees", 50)
+    assert float(found["right, balanced"][0]) > 0.95 and found["lying"][2] == "30"
+    table.write_text("posture,person\n")
+    assert "has no frames: make them by array_frames.py" in run("postures.py", table)
 
 
 def test_a_folder_without_days_is_one_line(tmp_path, run) -> None:

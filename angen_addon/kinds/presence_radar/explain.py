@@ -209,7 +209,7 @@ def _cause(replay: Replay, parameters: RadarParameters, again: Repeated, index: 
     if not replay.track.active[index]:
         # Without an earlier movement, the still energies do not count.
         detects = detects & np.array([[True], [False]])
-    # The energies of echoes alone: floors are everywhere, and weak ones are clipped to whole points.
+    # The energies of echoes alone: floors are everywhere.
     echo = again.seen.profile.gates
     if detects.any():
         which = 0 if detects[0].any() else 1

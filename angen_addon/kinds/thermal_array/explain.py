@@ -92,14 +92,27 @@ def explain_array(replay: Replay, index: int) -> Explanation:
     warm[np.argsort(background - frame, kind="stable")[:count]] = True
     which = warm if warm.any() else np.arange(len(frame)) == int(np.argmax(frame - background))
     excess = radiosity(emission).reshape(len(frame), -1)
-    excess = excess - STEFAN_BOLTZMANN * (background[:, None] + ZERO_CELSIUS) ** 4
+    excess = excess - _black_body(background)[:, None]
+    # Alone, an update does not see what was left before it: the rest of the frame.
+    rest = np.zeros(len(frame)) if parameters.lags else frame - again
+    left = np.maximum(rest, 0.0) if replay.scene.angen_warmth_left else rest * 0.0
+    if left.max() > TOLERANCE:
+        excess = excess + (_black_body(again + left) - _black_body(again))[:, None]
     cause = ThermalCause(frame, background, warm, _objects(excess, names, which))
     doubt = ""
-    if not parameters.lags and np.abs(again - frame).max() > TOLERANCE:
+    if np.abs(rest - left).max() > TOLERANCE:
         doubt = _changed(frame.max(), again)
     facts = [*_facts(parameters, cause), *_before(replay, index)]
+    if left.max() > TOLERANCE:
+        facts.append(("Warmth left", f"up to {left.max():.1f} K, of who rested there before"))
     headline = f"{_word(replay, index)}: {_headline(parameters, cause, bool(track.active[index]))}"
     return replay.explanation(index, headline, facts, doubt, cause)
+
+
+def _black_body(celsius: Array) -> Array:
+    """Return the radiosities (n,) in W/m² of black bodies at temperatures (n,) in °C."""
+    found: Array = STEFAN_BOLTZMANN * (celsius + ZERO_CELSIUS) ** 4
+    return found
 
 
 def _untold(

@@ -34,7 +34,7 @@ BORDER = 1e-6
 # For squares of up to this many cells, a table says whether they contain a ray.
 SQUARES = 3
 # Rays fit into one picture if the cosine of their angle to the mean direction exceeds this.
-WIDE = 0.35
+WIDE = 0.2
 # Points with a depth of less than this fraction of the largest depth have no place in the picture.
 TOO_NEAR = 1e-6
 # A line this near to a point, relative to 1 plus the point's distance, goes through the point.

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -11,12 +12,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....sensor_logic.kind import WARMTH
-from ....sensor_logic.model import Array, Emission, Index
+from ....sensor_logic.model import Answers, Array, Emission, Index
 from ....sensor_logic.physics import insulated_share
+from ....sensor_logic.warmth_left import Imprint, Place, Print, Spots, WarmthLeft, ages, start_of
 from ....sensor_logic.wording import ZERO_CELSIUS
 from ..animation import is_animated
-from ..rays.caster import NOTHING, RayCaster, RayHits
-from ..rays.solids import Solid, Solids
+from ..instances import Uid
+from ..rays.caster import NOTHING, RayCaster, RayHits, Rays
+from ..rays.solids import Solid, Solids, inverted
+from ..sensors import unit_scale
+from .contacts import Bodies, in_frame
 from .probe import MetSurfaces
 
 # Temperatures.
@@ -94,10 +99,58 @@ class Warmth(MetSurfaces):
         self._values = np.empty((0, 3))
         self._patches: dict[int, _Patches] = {}
         self._changing: list[Solid] = []
+        self._bodies = Bodies(caster, {})
+        # Contacts at the frames of the present batch, by the state of the scene.
+        self._row_of: dict[int, int] = {}
+        self._contacts: dict[Hashable, dict[Place, Imprint]] = {}
+        self._batch: Any = None
 
     @property
     def _solids(self) -> Solids:
         return self._rays.solids
+
+    def _see(
+        self, depsgraph: Any, sensor: Uid, bundle: int, rays: Rays, frames: Index, *details: Any
+    ) -> Answers:
+        """Return the `Emission` at each frame.
+
+        `details` is empty, or has the times (k,) of the frames in s and the sensor's `WarmthLeft`.
+        """
+        is_left = details and depsgraph.scene_eval.angen_warmth_left and self._bodies
+        if not is_left:
+            return super()._see(depsgraph, sensor, bundle, rays, frames)
+        found = self._rays.see_at(sensor, bundle, rays, frames)
+        return _SeenPrints(self, depsgraph, rays, found, *details).answers(frames)
+
+    def scene_at(self, frame: int) -> Hashable:
+        """Return a value that differs between frames of the caster at which solids differ."""
+        return self._listing, self._rays.frames.version[frame].tobytes()
+
+    def contacts(self, depsgraph: Any, frame: int) -> dict[Place, Imprint]:
+        """Return where warm bodies touch other solids, at a frame of the caster."""
+        at, state = self._rays.frames, self.scene_at(frame)
+        if self._batch is not at:
+            self._batch, self._contacts = at, {}
+        if state not in self._contacts:
+            ambient = kelvin(depsgraph.scene_eval.angen_ambient_temperature)
+            temperature, _, share = self._values.T
+            surface = temperature + share * (ambient - temperature)
+            cold = np.where(np.isnan(surface), ambient, surface)
+            at.show(self._solids, frame)
+            try:
+                metres = unit_scale(depsgraph.scene)
+                self._contacts[state] = self._bodies.contacts(depsgraph, metres, cold)
+            finally:
+                at.show(self._solids, -1)
+        return self._contacts[state]
+
+    def points_in(self, place: Place, frame: int, points: Array, metres: float) -> Array:
+        """Return points (k, 3) of the world in the frame of a print, in m."""
+        number, axis = place
+        row, at = self._row_of[number], self._rays.frames
+        column = at.column.get(row)
+        matrix = self._solids.matrix[row] if column is None else at.matrix[frame, column]
+        return in_frame(matrix, inverted(matrix), axis, points, metres)
 
     def _values_at(self, depsgraph: Any, seen: RayHits) -> Emission:
         ambient = kelvin(depsgraph.scene_eval.angen_ambient_temperature)
@@ -133,6 +186,7 @@ class Warmth(MetSurfaces):
                 by_uid, parents = _by_uid(), collection_parents()
                 for solid in self._changing:
                     self._read(depsgraph, solid, by_uid, parents)
+                self._bodies = Bodies(self._rays, self._warmest())
             return
         self._listing = solids.listing
         size = max((solid.number for solid in solids.solids), default=NOTHING) + 1
@@ -140,6 +194,20 @@ class Warmth(MetSurfaces):
         self._patches.clear()
         by_uid, parents = _by_uid(), collection_parents()
         self._changing = [s for s in solids.solids if self._read(depsgraph, s, by_uid, parents)]
+        self._row_of = {solid.number: solid.row for solid in solids.solids}
+        self._bodies = Bodies(self._rays, self._warmest())
+
+    def _warmest(self) -> dict[int, float]:
+        """Return the highest temperature in K, beneath insulation, of each solid that has one."""
+        found = {}
+        for solid in self._solids.solids:
+            values = self._values[solid.number, :1]
+            patches = self._patches.get(solid.number)
+            every = values if patches is None else patches.values[:, 0]
+            every = every[~np.isnan(every)]
+            if len(every):
+                found[solid.number] = float(every.max())
+        return found
 
     def _read(
         self, depsgraph: Any, solid: Solid, by_uid: dict[int, Any], parents: dict[Any, list[Any]]
@@ -165,6 +233,106 @@ class Warmth(MetSurfaces):
         else:
             self._patches.pop(solid.number, None)
         return animated
+
+
+class _SeenPrints:
+    """The answers to one query of a sensor that sees the warmth left in seats and beds.
+
+    Parameters
+    ----------
+    probe, depsgraph, rays
+        The probe, the evaluated depsgraph, and the rays in Blender units.
+    found
+        The hits of the rays at each update.
+    times, left
+        The times (n,) of the updates in s, and the state of the sensor.
+    """
+
+    def __init__(
+        self,
+        probe: Warmth,
+        depsgraph: Any,
+        rays: Rays,
+        found: Answers,
+        times: Array,
+        left: WarmthLeft,
+    ) -> None:
+        self._probe, self._depsgraph, self._rays = probe, depsgraph, rays
+        self._found, self._times, self._left = found, times, left
+        self._table: list[Emission] = []
+        self._rows = np.zeros(len(times), np.intp)
+        # What the last answer depends on.
+        self._last: Any = None
+        self._plain: dict[int, Emission] = {}
+        # The prints that rays hit, and the row of hits and the prints for which they are valid.
+        self._spots: list[tuple[Print, Spots]] = []
+        self._spots_of: Any = None
+
+    def answers(self, frames: Index) -> Answers:
+        """Return the `Emission` at each update; `frames` (n,) are their frames of the caster."""
+        looks = self._left.looks(self._times)
+        for part in np.split(np.arange(len(frames)), np.flatnonzero(np.diff(frames)) + 1):
+            frame, due = int(frames[part[0]]), part[looks[part]]
+            # Nothing moves within the part, so one look is enough.
+            if len(due) and self._left.scene != self._probe.scene_at(frame):
+                self._answer(frame, part[part < due[0]])
+                self._left.scene = self._probe.scene_at(frame)
+                contacts = self._probe.contacts(self._depsgraph, frame)
+                self._left.touch(float(self._times[due[0]]), contacts)
+                part = part[part >= due[0]]
+            self._answer(frame, part)
+        return Answers(self._table, self._rows)
+
+    def _answer(self, frame: int, part: Index) -> None:
+        """Answer the updates `part` (k,), between which neither solids nor contacts change."""
+        if not len(part):
+            return
+        row, times = int(self._found.rows[part[0]]), self._times[part]
+        self._find_spots(frame, row)
+        passed = [ages(times, one.since) for one, _ in self._spots]
+        changes = np.array(passed, np.int64).reshape(len(passed), len(part))
+        cuts = np.flatnonzero(np.diff(changes, axis=1).any(axis=0)) + 1
+        for same in np.split(np.arange(len(part)), cuts):
+            state = [
+                (one, one.revision, int(age[same[0]]))
+                for (one, _), age in zip(self._spots, passed, strict=True)
+            ]
+            if self._last != (row, state):
+                self._last = row, state
+                self._table.append(self._emission(row, [age for *_, age in state]))
+            self._rows[part[same]] = len(self._table) - 1
+
+    def _find_spots(self, frame: int, row: int) -> None:
+        """Find where the hits in a row of the table lie on prints."""
+        prints = self._left.prints
+        valid_for = row, [(one, one.revision) for one in prints.values()]
+        if self._spots_of == valid_for:
+            return
+        self._spots_of, self._spots = valid_for, []
+        hits: RayHits = self._found.table[row]
+        metres = unit_scale(self._depsgraph.scene)
+        for place, one in prints.items():
+            which = np.flatnonzero(hits.met == place[0])
+            if len(which):
+                origins, ways, _ = (values[which] for values in self._rays)
+                points = origins + ways * hits.ranges[which, None]
+                local = self._probe.points_in(place, frame, points, metres)
+                spots = one.spots(which, local)
+                if len(spots.ray):
+                    self._spots.append((one, spots))
+
+    def _emission(self, row: int, passed: list[int]) -> Emission:
+        """Return the emission of a row of hits, with the prints at the start of their intervals."""
+        if row not in self._plain:
+            self._plain[row] = self._probe._values_at(self._depsgraph, self._found.table[row])
+        plain = self._plain[row]
+        if not self._spots:
+            return plain
+        temperature = plain.temperature.copy()
+        for (one, spots), age in zip(self._spots, passed, strict=True):
+            excess = one.excess(start_of(age, one.since))
+            temperature[spots.ray] += (excess[spots.cell] * spots.weight).sum(axis=1)
+        return Emission(temperature, plain.emissivity, plain.ambient)
 
 
 def kelvin(celsius: float) -> float:

@@ -131,7 +131,8 @@ class RadarView:
             speed = breathing_speed(PERSON_BREATHING, PERSON_RATE)
         size = cells_of(parameters)
         cell = body * size + np.rint(at * (CELLS / parameters.bin_length)).astype(np.intp)
-        cells = np.bincount(cell, power * doppler_weight(speed, corner), len(start) * size)
+        counts = np.bincount(cell, power * doppler_weight(speed, corner), len(start) * size)
+        cells = counts.astype(np.float64)
         in_gates = gate_sums(cells.reshape(-1, size), WINDOW**2, parameters.gates)
         floors = known.floors[channel]
         found = np.where(in_gates > 0.0, known.gain[channel] * np.sqrt(in_gates) + floors, 0.0)

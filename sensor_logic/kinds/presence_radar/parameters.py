@@ -45,8 +45,8 @@ class RadarParameters(Parameters):
         math.radians(120),
         "Horizontal field of view",
         "Angle between the directions in which the antenna has half of its gain. Outside, it falls "
-        "on, up to 1.5 times this angle or the plane of the board. Datasheets: detection angle, "
-        "azimuth",
+        "on, up to 1.5 times this angle and at most 78° from the axis. Datasheets: detection "
+        "angle, azimuth",
         unit="rad",
         minimum=NARROWEST,
         maximum=math.radians(178),
@@ -209,12 +209,12 @@ class RadarParameters(Parameters):
         source=MEASURED,
     )
     tail_share: float = parameter(
-        0.05,
+        0.02,
         "Tail share",
         "Amplitude of the echoes by way of the room, in a gate length behind a body, as a share of "
         "its own echo",
         maximum=2.0,
-        source="a room 0.05, a flat 0.3 to 0.5: docs/presence_radar.md",
+        source="a room 0.02, a flat 0.3 to 0.5: docs/presence_radar.md",
         short="Tail",
     )
     tail_length: float = parameter(
@@ -285,12 +285,12 @@ class RadarParameters(Parameters):
 
     @property
     def moving_corner(self) -> float:
-        """The radial speed in m/s that counts half as moving: λ/2T of the integration time."""
+        """The radial speed in m/s of which half the amplitude counts: λ/2T of integration_time."""
         return self.wavelength / (2.0 * self.integration_time)
 
     @property
     def still_corner(self) -> float:
-        """The radial speed in m/s that counts half in the still energies: λ/2T of still_time."""
+        """The same speed for the still energies: λ/2T of still_time."""
         return self.wavelength / (2.0 * self.still_time)
 
     @property

@@ -19,7 +19,7 @@ _part = parts_with(
     movement_starts=False,
     integration_time=0.1,
     still_time=2.0,
-    tail_share=0.05,
+    tail_share=0.02,
     tail_length=1.5,
     max_targets=0,
     angle_resolution=math.radians(20.0),
@@ -37,12 +37,13 @@ _LD2410 = {
     "vertical_fov": math.radians(120.0),
     "range_scale": 1.05,
     "moving_range": 6.0,
-    "still_range": 12.0,
+    "still_range": 13.0,
     "moving_thresholds": "50 50 40 30 20 15 15 15 15",
     "still_thresholds": "0 0 40 40 30 30 20 20 20",
     "moving_floors": "17.6 13.2 4.35 2.88 5.29 3.06 3.87 3.33 4.41",
     "still_floors": "5 5 5 5 5 5 5 5 2.6",
     "movement_starts": True,
+    "integration_time": 0.25,
 }
 PRESETS: tuple[Preset, ...] = (
     _part(
@@ -52,7 +53,7 @@ PRESETS: tuple[Preset, ...] = (
         "moving 6 m. Thresholds and 5 s: factory settings, serial protocol of the LD2410C V1.09. "
         "Measured with an LD2410B (docs/presence_radar.md): amplitudes, gates from 0, moving "
         "range, floors, floor noise, still time, still energies 8 times those of movement (a range "
-        "of 12 m), movement starts presence; tail with five LD2410C. Assumed: still floors of "
+        "of 13 m), movement starts presence; tail with five LD2410C. Assumed: still floors of "
         "gates 0 to 7",
         range_max=6.0,
         gate_length=0.75,
@@ -74,8 +75,8 @@ PRESETS: tuple[Preset, ...] = (
         "Hi-Link, HLK-LD2450 manual V1.00: 24 GHz, ±60° by ±35°, 6 m, up to three targets with x, "
         "y and speed at 10 Hz; gates of 0.32 m in the example of its table 3. Assumed: one "
         "transmitter and two receivers separate 30°, people who only breathe are tracked up to 3 "
-        "m, thresholds of 15 and 20, no floors, and no fading, because it tracks its targets; still "
-        "time and tail as the LD2410",
+        "m, thresholds of 15 and 20, no floors, and no fading, because it tracks its targets; "
+        "still time and tail as the LD2410",
         frequency=24.125,
         horizontal_fov=math.radians(120.0),
         vertical_fov=math.radians(70.0),

@@ -28,12 +28,16 @@ from .parameters import DECIBELS, FASTEST, FLOORS, NEVER, OFF, THRESHOLDS, Radar
 # coverage maps, with quiet breathing (m from peak to peak, Hz).
 PERSON_HEIGHT, PERSON_WIDTH = 1.7, 0.4
 PERSON_BREATHING, PERSON_RATE = 0.005, 0.25
+# The shares of the power of a plate of this size that a resident returns, whose front is round, and
+# that a resident who walks on the spot returns as moving. Both are from simulated residents.
+ROUND, WALKING = 0.53, 0.2
 # Targets are not nearer than this (m), so that powers are finite.
 NEAREST = 0.01
 # The golden ratio spaces the rows' offsets most evenly.
 GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
-# Rays go up to this share of the angles from the axis to the edges of the field of view.
-BEYOND = 1.5
+# Rays go up to this share of the angles from the axis to the edges of the field of view, and not
+# farther from the axis than OUTERMOST (rad): rays beyond cost much and weigh little.
+BEYOND, OUTERMOST = 1.5, math.radians(78)
 # Cells of distance in a gate, each of which has its own random sum of echoes. The lobe of a Hann
 # window is two gates long on each side.
 CELLS = 4
@@ -73,7 +77,7 @@ class Beams:
 
 def edge_of(field_of_view: float) -> float:
     """Return the angle in radians between the view axis and the outermost rays."""
-    return min(BEYOND * field_of_view / 2.0, math.pi / 2.0)
+    return min(BEYOND * field_of_view / 2.0, OUTERMOST)
 
 
 def ray_angles(share: ArrayLike, field_of_view: float) -> Array:
@@ -83,7 +87,7 @@ def ray_angles(share: ArrayLike, field_of_view: float) -> Array:
     of view.
     """
     edge, u = edge_of(field_of_view), np.asarray(share, np.float64)
-    linear = field_of_view / 2.0 / edge
+    linear = min(field_of_view / 2.0 / edge, 1.0)
     found: Array = edge * u * (linear + (1.0 - linear) * u * u)
     return found
 
@@ -92,16 +96,20 @@ def radar_beams(parameters: RadarParameters, pose: Pose) -> Beams:
     """Return the rays of a radar.
 
     Rows of equal elevation divide the angles in front of the board, and the rays of a row its
-    azimuths. Each row is offset by a different part of the spacing, so that no body is missed
-    between two columns.
+    azimuths, up to OUTERMOST from the axis. Each row is offset by a different part of the spacing,
+    so that no body is missed between two columns.
     """
     across, up = parameters.rays_across, parameters.rays_up
     wide, high = parameters.horizontal_fov, parameters.vertical_fov
     row = np.arange(up)
     elevation = ray_angles((2.0 * row + 1.0) / up - 1.0, high)
     offset = (0.5 + (row - (up - 1) / 2.0) * GOLDEN) % 1.0
-    azimuth = ray_angles(2.0 * (np.arange(across) + offset[:, None]) / across - 1.0, wide)
-    width = np.diff(ray_angles(2.0 * np.arange(across + 1) / across - 1.0, wide))
+    outermost = np.arccos(np.minimum(math.cos(OUTERMOST) / np.cos(elevation), 1.0))
+    narrower = np.minimum(outermost / edge_of(wide), 1.0)[:, None]
+    azimuth = (
+        ray_angles(2.0 * (np.arange(across) + offset[:, None]) / across - 1.0, wide) * narrower
+    )
+    width = np.diff(ray_angles(2.0 * np.arange(across + 1) / across - 1.0, wide)) * narrower
     height = np.diff(np.sin(ray_angles(2.0 * np.arange(up + 1) / up - 1.0, high)))
     weight = width * height[:, None] * two_way_gain(parameters, azimuth, elevation[:, None])
     level = np.cos(elevation)[:, None]
@@ -140,21 +148,22 @@ def echo_powers(parameters: RadarParameters, weight: Array, echoes: Echoes) -> A
 
 
 def breathing_speed(breathing: ArrayLike, rate: ArrayLike) -> Array:
-    """Return the root mean square of the speed in m/s of a breathing chest.
+    """Return the mean speed in m/s of a breathing chest, by fourth powers as `doppler_weight`.
 
     `breathing` is its displacement in m from peak to peak, and `rate` is in Hz.
     """
-    found: Array = math.pi * np.asarray(breathing) * np.asarray(rate) / math.sqrt(2.0)
+    found: Array = math.pi * np.asarray(breathing) * np.asarray(rate) * 0.375**0.25
     return found
 
 
 def doppler_weight(speed: ArrayLike, corner: float) -> Array:
-    """Return the share of the power at a radial speed that counts: v²/(v² + c²).
+    """Return the share of the power at a radial speed that counts: (v²/(v² + c²))².
 
-    `speed` v and `corner` c are in m/s. This is a high-pass filter of the first order.
+    `speed` v and `corner` c are in m/s. This is a high-pass filter of the second order, as of a
+    radar that takes differences between sweeps twice to remove what stands still.
     """
     square = np.asarray(speed, np.float64) ** 2
-    found: Array = square / (square + corner**2)
+    found: Array = (square / (square + corner**2)) ** 2
     return found
 
 
@@ -171,9 +180,9 @@ def doppler_weights(parameters: RadarParameters, echoes: Echoes) -> Array:
 
 
 def person_power(parameters: RadarParameters, distance: float) -> float:
-    """Return the power in m⁻² that the standard person returns straight ahead.
+    """Return the power in m⁻² of a plate of the size of a person straight ahead.
 
-    The person is a plate across the view axis at `distance` (m), with its middle on the axis. The
+    The plate is across the view axis at `distance` (m), with its middle on the axis. The
     parts at the elevation ε are at d/cos ε, and seen under an angle: ρ·w/d⁴·∫ G²·cos⁵ε dz.
     """
     steps = 64
@@ -212,11 +221,11 @@ def calibration(parameters: RadarParameters) -> Calibration:
     gain = [
         amplitude(parameters, energy) / math.sqrt(person_power(parameters, distance) * share)
         for energy, distance, share in (
-            (parameters.moving_energy, parameters.moving_range, 1.0),
+            (parameters.moving_energy, parameters.moving_range, WALKING),
             (
                 parameters.still_energy,
                 parameters.still_range,
-                float(doppler_weight(breath, parameters.still_corner)),
+                ROUND * float(doppler_weight(breath, parameters.still_corner)),
             ),
         )
     ]
@@ -278,9 +287,11 @@ def in_cells(parameters: RadarParameters, ranges: Array, power: Array) -> Array:
     place = np.where(power > 0.0, ranges, 0.0) * (CELLS / parameters.bin_length)
     cell = place.astype(np.intp)
     beyond = place - cell
-    found: Array = np.bincount(cell, power * (1.0 - beyond), size)
-    found = found + np.bincount(cell + 1, power * beyond, size)
-    return np.convolve(found, tail(parameters))[:size]
+    found = np.bincount(cell, power * (1.0 - beyond), size) + np.bincount(
+        cell + 1, power * beyond, size
+    )
+    cells: Array = np.convolve(found, tail(parameters))[:size].astype(np.float64)
+    return cells
 
 
 # Each sweep of rays takes 0.02 ms longer without the cache.
@@ -290,7 +301,7 @@ def tail(parameters: RadarParameters) -> Array:
     # Beyond five lengths, less than 1 % of the amplitude is left.
     step = parameters.bin_length / CELLS / parameters.tail_length
     count = min(cells_of(parameters), math.ceil(5.0 / step))
-    power = parameters.tail_share**2 / CELLS * np.exp(-2.0 * step * np.arange(count))
+    power: Array = parameters.tail_share**2 / CELLS * np.exp(-2.0 * step * np.arange(count))
     power[0] = 1.0
     return power
 
@@ -343,7 +354,8 @@ class RandomNumbers(NamedTuple):
 
     def rows(self, which: Any) -> RandomNumbers:
         """Return the numbers of the updates that the index `which` selects."""
-        return RandomNumbers(*(None if part is None else part[which] for part in self))
+        cells = None if self.cells is None else self.cells[which]
+        return RandomNumbers(cells, *(part[which] for part in self[1:]))
 
 
 class Noise:
@@ -370,7 +382,9 @@ class Noise:
             parts.append(self._last[2].rows(numbers[blocks == block] - block * BLOCK))
         if len(parts) == 1:
             return parts[0]
-        return RandomNumbers(*(None if p[0] is None else np.concatenate(p) for p in zip(*parts, strict=True)))
+        cells, *others = zip(*parts, strict=True)
+        joined = None if cells[0] is None else np.concatenate(cells)
+        return RandomNumbers(joined, *map(np.concatenate, others))
 
 
 class Profile(NamedTuple):
@@ -393,7 +407,9 @@ def profile(
     return Profile(gain * np.sqrt(cells), gain * np.sqrt(in_gates))
 
 
-def amplitudes(parameters: RadarParameters, cells: Array, gates: Array, drawn: RandomNumbers) -> Array:
+def amplitudes(
+    parameters: RadarParameters, cells: Array, gates: Array, drawn: RandomNumbers
+) -> Array:
     """Return the amplitudes (n, 2, gates) of echoes at n updates, faded.
 
     `cells` (n, 2, cells) and `gates` (n, 2, gates) are those of the profiles at the updates.
@@ -414,7 +430,8 @@ def with_floors(
 ) -> Array:
     """Return the amplitudes (n, 2, gates) of echoes with those of the floors added."""
     floors = known.floors * (1.0 + parameters.floor_noise * drawn.floors)
-    return echo + np.maximum(floors, 0.0)
+    found: Array = echo + np.maximum(floors, 0.0)
+    return found
 
 
 def read_distance(parameters: RadarParameters, amplitudes: Array, detects: Any) -> Array:
@@ -623,8 +640,8 @@ def find_targets(
         drawn = drawn.rows(slice(0, 1))
     for group in seen.groups:
         shape = len(drawn.floors)
-        rows = [np.broadcast_to(part, (shape, *part.shape)) for part in group.profile]
-        echo = amplitudes(parameters, *rows, drawn)
+        cells, gates = (np.broadcast_to(one, (shape, *one.shape)) for one in group.profile)
+        echo = amplitudes(parameters, cells, gates, drawn)
         echo[:, 1] = group.profile.gates[1]
         energy = energies(parameters, with_floors(parameters, known, echo, drawn), drawn)
         detects.append((energy > known.thresholds).any(axis=(1, 2)))
@@ -711,11 +728,9 @@ class PresenceRadar(Model):
             self._sensed(parameters, updates, answers, slice(first, first + size))
             for first in range(0, len(updates), size)
         ]
-        found = Sensed(
-            *(np.concatenate(part) for part in list(zip(*parts, strict=True))[:3]),
-            [one for part in parts for one in part.targets],
-        )
-        presence = self._presence(parameters, updates.times, found.detects.any(axis=2))
+        reported, above, read = map(np.concatenate, list(zip(*parts, strict=True))[:3])
+        found = Sensed(reported, above, read, [one for part in parts for one in part.targets])
+        presence = self._presence(parameters, updates.times, np.any(above, axis=2))
         distance = self._distances(parameters, presence, found.distance)
         return _readings(updates.due, presence, distance, found)
 
@@ -764,7 +779,8 @@ class PresenceRadar(Model):
         self, parameters: RadarParameters, times: Array, detects: NDArray[np.bool_]
     ) -> NDArray[np.bool_]:
         """Return whether presence is on (n,); `detects` (n, 2) has movement, and breathing."""
-        held = self._output.run(times, detects.any(axis=1), parameters.hold_time, 0.0, 0.0)
+        either: NDArray[np.bool_] = detects[:, 0] | detects[:, 1]
+        held = self._output.run(times, either, parameters.hold_time, 0.0, 0.0)
         if not parameters.movement_starts or not len(held):
             return held
         # Presence is on from the first movement of a time of detections.

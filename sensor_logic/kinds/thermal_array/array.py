@@ -16,6 +16,7 @@ from ...geometry.pixels import lattice_cells, pixel_directions
 from ...kind import WARMTH
 from ...model import Array, Model, PerPose, Pose, Readings, Updates
 from ...physics import STEFAN_BOLTZMANN, OutputTiming, radiosity
+from ...warmth_left import WarmthLeft
 from ...wording import ZERO_CELSIUS
 from .device import Device, RunningMean
 from .parameters import ThermalArrayParameters
@@ -141,11 +142,13 @@ class ThermalArray(Model):
         self._settling, self._background = Settling(), Background()
         self._mean, self._device = RunningMean(), Device()
         self._output = OutputTiming()
+        self._left = WarmthLeft()
         self._time = math.nan
 
     def sense(self, parameters: ThermalArrayParameters, updates: Updates) -> Readings:
         """Return the readings; `updates` must continue those of the previous call."""
-        answers = updates.ask(WARMTH, 0, *self._rays(parameters, updates.pose))
+        rays = self._rays(parameters, updates.pose)
+        answers = updates.ask(WARMTH, 0, *rays, updates.times, self._left)
         shape = parameters.columns * parameters.rows, parameters.rays
         means = np.array([radiosity(hits).reshape(shape).mean(axis=1) for hits in answers.table])
         steps = np.diff(updates.times, prepend=self._time)

@@ -70,9 +70,7 @@ class Device:
     draws: dict[int, Array] = field(default_factory=dict)
     knots: dict[tuple[int, int], Array] = field(default_factory=dict)
 
-    def publish(
-        self, parameters: ThermalArrayParameters, updates: Updates, frames: Array
-    ) -> Array:
+    def publish(self, parameters: ThermalArrayParameters, updates: Updates, frames: Array) -> Array:
         """Return the frames (n, pixels) in °C with the errors, limits and steps of the device."""
         pixels = frames.shape[1]
         device = updates.device_noise()

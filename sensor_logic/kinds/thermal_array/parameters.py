@@ -98,8 +98,8 @@ class ThermalArrayParameters(Parameters):
     netd: float = parameter(
         0.0,
         "Noise",
-        "Standard deviation of a pixel in the middle from frame to frame. Data sheets: NETD, at the "
-        "frame rate",
+        "Standard deviation of a pixel in the middle from frame to frame. Data sheets: NETD, at "
+        "the frame rate",
         unit="K",
     )
     noise_rise: float = parameter(

@@ -216,3 +216,73 @@ def test_where_there_is_none_one_line_says_so(play, passage) -> None:
     told = r"line \d+: stand at \w+: '\w+' and '\w+' meet where they cannot pass each other, and"
     with pytest.raises(InputError, match=told):
         play(ENDS, PLANS, places=passage("none"))
+
+
+def for_two(places: Places, name: str, apart: float) -> Places:
+    """Return the places, with a bed or seat that has two sides, `apart` m from each other."""
+    one = places.places[name]
+    ahead = np.array([-np.sin(one.yaw), np.cos(one.yaw), 0.0]) * apart / 2
+    sides = tuple(
+        replace(
+            one, target=one.target + k * ahead, at=one.at + k * ahead * np.array([1, 1, 0]), side=n
+        )
+        for n, k in enumerate((1, -1), start=1)
+    )
+    return replace(places, places={**places.places, name: replace(one, sides=sides)})
+
+
+COUPLE = {"anna": [(0, "Corner"), (60, "Rest"), (400, "Cook")],
+          "bo": [(0, "East"), (70, "Rest"), (420, "East")]}  # fmt: skip
+
+
+@pytest.mark.parametrize(("steps", "posture"), [("lie Bed", "lying"), ("sit Sofa", "sitting")])
+def test_a_couple_shares_a_bed_or_sofa_for_two(play, home, steps, posture) -> None:
+    places = for_two(home, steps.split()[1], 0.7)
+    day = play(f"{ACTIVITIES}\nRest = {steps}", COUPLE, places=places)
+    place = steps.split()[1]
+    rests = [s for s in day.acted.where if (s.place, s.posture) == (place, posture)]
+    rests = [s for s in rests if s.end - s.start > 3600 * 4]
+    assert {s.person for s in rests} == {"anna", "bo"} and len(rests) == 2
+    both = day.at("anna", 200 * 60.0)[0], day.at("bo", 200 * 60.0)[0]
+    assert np.hypot(*(both[0] - both[1])[:2]) == pytest.approx(0.7, abs=0.02)
+    assert not [wait for wait in day.acted.waits if wait.is_long]
+
+
+@pytest.mark.parametrize("steps", ["lie Bed", "sit Toilet", "sit Sofa"])
+def test_who_waits_for_a_place_for_one_is_told(play, steps) -> None:
+    day = play(f"{ACTIVITIES}\nRest = {steps}", COUPLE)
+    (wait,) = (wait for wait in day.acted.waits if wait.is_long)
+    assert (wait.person, wait.other, wait.place) == ("bo", "anna", steps.split()[1])
+    assert wait.text.startswith(
+        f"'bo' waits 5.5 h from 01:10 for '{wait.place}', which 'anna' uses"
+    )
+
+
+def test_who_waits_all_day_is_told_once(play) -> None:
+    day = play(
+        f"{ACTIVITIES}\nRest = lie Bed", {"anna": [(0, "Rest")], "bo": [(0, "East"), (70, "Rest")]}
+    )
+    (wait,) = day.acted.waits
+    assert (wait.person, wait.came) == ("bo", False) and wait.end == DAY
+
+
+def test_one_person_alone_uses_the_middle_and_a_third_waits(play, home) -> None:
+    places = for_two(home, "Bed", 0.7)
+    alone = play(f"{ACTIVITIES}\nRest = lie Bed", {"anna": COUPLE["anna"]}, places=places)
+    assert alone.at("anna", 200 * 60.0)[0][:2] == pytest.approx(
+        home.places["Bed"].target[:2], abs=0.05
+    )
+    three = COUPLE | {"cleo": [(0, "Relax"), (80, "Rest"), (500, "Relax")]}
+    day = play(f"{ACTIVITIES}\nRest = lie Bed", three, places=places)
+    (wait,) = (wait for wait in day.acted.waits if wait.is_long)
+    assert (wait.person, wait.came) == ("cleo", True)
+
+
+def test_both_rest_at_midnight_already(play, home) -> None:
+    places = for_two(home, "Bed", 0.7)
+    plan = {"anna": [(0, "Rest"), (400, "Cook")], "bo": [(0, "Rest"), (420, "East")]}
+    day = play(f"{ACTIVITIES}\nRest = lie Bed", plan, places=places)
+    assert {s.person for s in day.acted.where if s.posture == "lying" and s.start < 120.0} == {
+        "anna",
+        "bo",
+    }

@@ -74,6 +74,12 @@ class Situation:
     preset: str = "HC_SR501"
     trials: int = 1
 
+    @property
+    def work(self) -> float:
+        """About how long it takes, relative to others: by the solid angle of the person."""
+        sensors = (self.radar is not None) + (self.pir is not None)
+        return sensors * self.trials * self.seconds * (0.2 + 1.0 / self.metres**2)
+
 
 @dataclass(frozen=True)
 class Trial:

@@ -305,9 +305,14 @@ def _last(t: Trial, flags: Any) -> float:
 
 
 def later(trials: Trials, first: Callable[[Trial], Any], second: Callable[[Trial], Any]) -> float:
-    """Return by how many seconds the last flag of `second` is later than that of `first`."""
-    found = [_last(t, second(t)) - _last(t, first(t)) for t in trials]
-    return float(np.mean(found))
+    """Return by how many seconds the last flag of `second` is later than that of `first`.
+
+    Trials without a flag, such as of a motion detector that did not notice the person, are left
+    out.
+    """
+    found = np.array([_last(t, second(t)) - _last(t, first(t)) for t in trials])
+    known = found[np.isfinite(found)]
+    return float(known.mean()) if len(known) else math.nan
 
 
 def pulses(trials: Trials) -> float:

@@ -36,34 +36,24 @@ Line = tuple[str, str, str, str]
 
 # Rows of the measured situations that are out of tolerance, by the law that is missing.
 MISSING: dict[str, tuple[str, ...]] = {
-    "How much a person moves: amplitudes of standing and of small movements were not published. "
-    "Those assumed here move the radar's echo more than what was measured": (
-        "D1",
-        "D4",
-        "D5",
-        "D7",
-        "D8",
-        "D10",
+    "Amplitudes of standing and of small movements were not published. Those assumed here move the "
+    "echo more than was measured": ("D1", "D4", "D5", "D7", "D8", "D10"),
+    "Near the sensor, the gates beside the person's are clipped as it is. Measured, they are "
+    "weaker": ("G5",),
+    "Flanks of the still energies: behind a person nearby they are too strong, in the last gate of "
+    "a corridor too weak": ("S3", "S10"),
+    "Scatter of distances: more with moving limbs than measured, and less of who stands still": (
+        "X7", "X8", "X11", "X12",
     ),
-    "Near the sensor, the gates beside the person's are clipped as it is; measured, they fade apart "
-    "and are weaker": ("G5",),
-    "Far and near flanks of the still energies: behind a person nearby they are too strong, and in "
-    "the last gate of a corridor too weak": ("S3", "S10"),
-    "Scatter of distances: limbs that move are in other gates than the trunk for us, and who stands "
-    "still is in one; measured, both scatter alike": ("X7", "X8", "X11", "X12"),
-    "Losses of wood, board and doors: real boards are denser or moister than those of ITU's table, "
-    "and the leaf of a hollow door reflects at each of its faces": ("T2", "T3", "T6", "T16"),
+    "Losses of wood, board and doors: real ones are denser or moister than those of ITU's table, "
+    "and a hollow door reflects at each of its faces": ("T2", "T3", "T6", "T16"),
     "Which of two people a channel reports, and how much passes by the one in front": (
-        "P1",
-        "P4",
-        "P6",
+        "P1", "P4", "P6",
     ),
-    "The way out of the room was not published, and decides when the motion detector notices the "
-    "last movement": ("L3",),
-    "The end of the motion detector's reach in the corridor: a person beyond it is noticed in a part "
-    "of the time, where the model notices all or nothing; the trimmer's reach was set anew "
-    "between the series": ("K6", "K9", "V8", "V10"),
-}
+    "The way out of the room was not published": ("L3",),
+    "The end of the motion detector's reach: measured, a person there is noticed in a part of the "
+    "time": ("K6", "K9", "V8", "V10"),
+}  # fmt: skip
 MISSED = tuple(row for rows in MISSING.values() for row in rows)
 ENVIRONMENT.globals.update(MISSING=MISSING, MISSED=MISSED)
 

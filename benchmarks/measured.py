@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Compare simulated sensors with real ones, in situations that were measured.
 
-People before a radar and a motion detector, infrared arrays, force resistors, and light. Each of `SOURCES` is a pair of files. NAME.csv has the measured values with their tolerances, which
-were chosen before anything was simulated, and NAME.py rebuilds the situations. docs/measured.md
-shows both side by side.
+People before a radar and a motion detector, infrared arrays, force resistors, and light. Each of
+`SOURCES` is a pair of files. NAME.csv has the measured values with their tolerances, which were
+chosen before anything was simulated, and NAME.py rebuilds the situations. docs/measured.md shows
+both side by side.
 """
 
 from __future__ import annotations

@@ -30,6 +30,8 @@ from .movements import Movement, Spot
 
 # s. A fresh person begins with movement, since only movement switches a radar on.
 ARRIVES = 4.0
+# Processes that simulate all situations, two at a time.
+SHARES = 6
 # Seconds of a quick trial, and of its begin that is left out.
 QUICK = (25.0, 10.0)
 
@@ -428,14 +430,12 @@ def simulate(quick: bool) -> dict[str, float]:
     names = list(dict.fromkeys(chain.from_iterable(ROWS[row][0] for row in rows)))
     if quick:
         return figures(rows, trials_of(names, True))
-    # Two processes, each with half of the work: a person nearby is hit by more rays.
-    work = {name: SITUATIONS[name].work for name in names}
-    halves: tuple[list[str], list[str]] = ([], [])
-    for name in sorted(names, key=lambda name: -work[name]):
-        min(halves, key=lambda half: sum(work[one] for one in half)).append(name)
+    # Two processes at a time. Each has some of the long situations, and some of the short ones.
+    order = sorted(names, key=lambda name: -SITUATIONS[name].work)
+    shares = [order[k::SHARES] for k in range(SHARES)]
     with ThreadPoolExecutor(2) as pool:
-        found = list(pool.map(lambda half: apart("measured_people.plain_trials", half), halves))
-    return figures(rows, {name: trials for half in found for name, trials in restored(half)})
+        found = list(pool.map(lambda share: apart("measured_people.plain_trials", share), shares))
+    return figures(rows, {name: trials for share in found for name, trials in restored(share)})
 
 
 def figures(rows: tuple[str, ...], trials: dict[str, Trials]) -> dict[str, float]:
@@ -462,11 +462,11 @@ def plain_trials(names: list[str]) -> dict[str, Any]:
     }
 
 
-def restored(half: dict[str, Any]) -> list[tuple[str, Trials]]:
+def restored(share: dict[str, Any]) -> list[tuple[str, Trials]]:
     """Return the logs of situations from JSON values."""
     return [
         (name, [Trial(**{key: np.array(v) for key, v in one.items()}) for one in trials])
-        for name, trials in half.items()
+        for name, trials in share.items()
     ]
 
 

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Measured situations beside simulated ones: people before a radar and a motion detector, infrared
-arrays, force resistors, and light.
+"""Compare simulated sensors with real ones, in situations that were measured.
 
-Each of `SOURCES` is a pair of files. NAME.csv has the measured values with their tolerances, which
-were chosen before anything was simulated, and NAME.py rebuilds the situations. docs/measured.md
-shows both side by side.
+People before a radar and a motion detector, infrared arrays, force resistors, and light. Each of
+`SOURCES` is a pair of files. NAME.csv has the measured values with their tolerances, which were
+chosen before anything was simulated, and NAME.py rebuilds the situations. docs/measured.md shows
+both side by side.
 """
 
 from __future__ import annotations
@@ -12,13 +12,11 @@ from __future__ import annotations
 import csv
 import math
 from importlib import import_module
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 FOLDER = Path(__file__).resolve().parent
-# The pairs of files, and the kind of sensor of the groups that name none.
-SOURCES = {"measured_people": "", "measured_thermal": "thermal array", "measured_force_light": ""}
+SOURCES = ("measured_people", "measured_thermal", "measured_force_light")
 
 
 def measure(quick: bool) -> dict[str, Any]:
@@ -27,9 +25,8 @@ def measure(quick: bool) -> dict[str, Any]:
     With `quick`, rows that a quick run leaves out are left out.
     """
     found = []
-    for name in (name for name in SOURCES if find_spec(f"{__package__}.{name}")):
-        figures = import_module(f"{__package__}.{name}").simulate(quick)
-        found += rows_of(name, figures)
+    for name in SOURCES:
+        found += rows_of(name, import_module(f"{__package__}.{name}").simulate(quick))
     return {"rows": [row for row in found if not quick or row["simulated"] is not None]}
 
 
@@ -46,7 +43,7 @@ def rows_of(name: str, figures: dict[str, float]) -> list[dict[str, Any]]:
             value = figures.get(line["id"], math.nan)
             within = low is not None and high is not None and low <= value <= high
             rows.append({
-                "id": line["id"], "kind": kind or SOURCES[name] or group, "group": group,
+                "id": line["id"], "kind": kind or group, "group": group,
                 "situation": line["situation"], "quantity": line["quantity"],
                 "measured": float(line["measured"]),
                 "simulated": value if math.isfinite(value) else None,

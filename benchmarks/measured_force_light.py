@@ -18,13 +18,13 @@ from .common import box_mesh, link, new_scene, run, sensors_of
 LOADS = {"F402_1": (0.5, 0.005), "F402_2": (0.75, 0.005), "F402_3": (0.75, 0.03)}
 # Devices differ by the part spread: the median of so many is compared.
 DEVICES = 5
-# In m: a square field of LEDs whose size is fitted to the row L1, and the heights measured.
-LAMP, HEIGHTS = 0.8, {"": 0.21, "L1": 0.51, "L2": 0.81, "L3": 1.11}
+# In m: a square field of LEDs whose size is fitted to the row LED1, and the heights measured.
+LAMP, HEIGHTS = 0.8, {"": 0.21, "LED1": 0.51, "LED2": 0.81, "LED3": 1.11}
 
 
 def simulate(quick: bool) -> dict[str, float]:
     """Return the simulated figure of each row by its id; `quick` takes fewer light paths."""
-    return {**_force(), **_chamber(256 if quick else 4096), "L4": _noise(100 if quick else 500)}
+    return {**_force(), **_chamber(256 if quick else 4096), "LUX": _noise(100 if quick else 500)}
 
 
 def _place(kind: str, preset: str, at: tuple[float, float, float], name: str) -> Any:

@@ -33,6 +33,8 @@ LOG_HZ = 5.0
 CELSIUS, HEIGHT = 27.0, 0.85
 # s between the movements of two trials of a situation, and of two people.
 BETWEEN, APART = 600.0, 77.0
+# Noise is drawn by the number of the update: trials at other frames have other noise.
+BETWEEN_FRAMES = 20_000
 
 
 @dataclass(frozen=True)
@@ -73,6 +75,12 @@ class Situation:
     pir: dict[str, Any] | None = None
     preset: str = "HC_SR501"
     trials: int = 1
+
+    @property
+    def work(self) -> float:
+        """About how long it takes, relative to others: by the solid angle of the person."""
+        sensors = (self.radar is not None) + (self.pir is not None)
+        return sensors * self.trials * self.seconds * (0.2 + 1.0 / self.metres**2)
 
 
 @dataclass(frozen=True)
@@ -123,7 +131,6 @@ class Stage:
         self.scene = new_scene(FPS, 1_000_000)
         self.scene.angen_ambient_temperature = CELSIUS
         self._home = Home.open(Path("measured.blend"))
-        self._frame = 1
         self._shown: dict[str, tuple[str, ...]] = _build_places()
         self._panel = link("Panel", box_mesh([((0.5, 0.5, 0.5), (0, 0, 0))]))
         self._panel.angen_radar.substance = "WOOD"
@@ -136,9 +143,8 @@ class Stage:
 
     def trial(self, situation: Situation, number: int) -> Trial:
         """Return the log of a trial. Each trial has other movements and other noise."""
-        first = self._frame
+        first = 1 + number * BETWEEN_FRAMES
         count = round(situation.seconds * FPS)
-        self._frame += count + FPS
         times = np.arange(count) / FPS + BETWEEN * number
         self._show(situation)
         ahead = math.radians(situation.degrees)

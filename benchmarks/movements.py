@@ -90,8 +90,8 @@ def _turned(pose: BodyPose, roll: Array | float, yaw: Array | float, count: int)
 
 
 def stands_still(times: Array, spot: Spot) -> BodyPose:
-    """Stand: the body sways by 5 mm sideways and 8 mm to and fro, and breathes."""
-    return _swaying(spot.stand().repeated(len(times)), times, 0.005, 0.008)
+    """Stand: the body sways by 5 mm (rms) sideways, and to and fro at 5 mm/s, and breathes."""
+    return _swaying(spot.stand().repeated(len(times)), times, 0.005, 0.005)
 
 
 def sits_still(times: Array, spot: Spot) -> BodyPose:

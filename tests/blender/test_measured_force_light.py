@@ -22,7 +22,7 @@ def test_each_measured_row_is_simulated_within_its_tolerance():
         if not float(rows[name]["low"]) <= value <= float(rows[name]["high"])
     }
     assert not outside
-    assert found["L1"] > found["L2"] > found["L3"]
+    assert found["LED1"] > found["LED2"] > found["LED3"]
 
 
 @pytest.mark.parametrize("simulated", [True, False], ids=["rigid bodies", "animated"])

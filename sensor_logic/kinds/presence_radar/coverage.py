@@ -135,7 +135,9 @@ class RadarView:
         cells = counts.astype(np.float64)
         in_gates = gate_sums(cells.reshape(-1, size), WINDOW**2, parameters.gates)
         floors = known.floors[channel]
-        found = np.where(in_gates > 0.0, known.gain[channel] * np.sqrt(in_gates) + floors, 0.0)
+        found = np.where(
+            in_gates > 0.0, np.hypot(known.gain[channel] * np.sqrt(in_gates), floors), 0.0
+        )
         strongest: Array = (found / amplitude(parameters, known.thresholds[channel])).max(axis=1)
         return strongest
 

@@ -428,9 +428,9 @@ def amplitudes(
 def with_floors(
     parameters: RadarParameters, known: Calibration, echo: Array, drawn: RandomNumbers
 ) -> Array:
-    """Return the amplitudes (n, 2, gates) of echoes with those of the floors added."""
+    """Return the amplitudes (n, 2, gates) of echoes and floors together: their powers add."""
     floors = known.floors * (1.0 + parameters.floor_noise * drawn.floors)
-    found: Array = echo + np.maximum(floors, 0.0)
+    found: Array = np.hypot(echo, np.maximum(floors, 0.0))
     return found
 
 

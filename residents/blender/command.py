@@ -203,7 +203,7 @@ def _run(options: argparse.Namespace, sensors: list[Sensor]) -> bool:
     if options.worker:
         # This never returns: the process that started this one ends it, and writes the tables.
         folder = Folder(options.out, household, options.format, options.samples)
-        _make(household, folder, days_of_worker(), lambda *_: None)
+        _make(household, folder, days_of_worker(), lambda *_: None, is_worker=True)
     # Act the first day now: errors come before anything is written.
     household.acted(0)
     _note_new(household)
@@ -250,10 +250,13 @@ def _make(
     folder: Folder,
     numbers: Iterable[int],
     progress: Callable[[int, Progress], object],
+    is_worker: bool = False,
 ) -> None:
+    """Simulate days into the folder; a worker leaves what is to be told to the first process."""
     for day in run_days(household, numbers, progress):
         folder.keep(day)
-        _note_new(household)
+        if not is_worker:
+            _note_new(household)
 
 
 def _note_new(household: Household) -> None:

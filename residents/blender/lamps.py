@@ -13,10 +13,10 @@ from typing import Any, NamedTuple
 
 import bpy
 
-from ...angen_addon.doctor.examined import Found
 from ...angen_addon.runtime.time_base import evaluated_depsgraph
 from ...angen_addon.scene.animation import action_curves
 from ...angen_addon.scene.light.materials import glows, has_nodes
+from .unmovable import Finding
 
 # The inputs of shader nodes that scale the light of a surface.
 STRENGTHS = {"EMISSION": "Strength", "BSDF_PRINCIPLED": "Emission Strength"}
@@ -216,7 +216,7 @@ def _full_value(owner: Any, path: str, now: float) -> float:
 # What residents cannot switch.
 
 
-def unswitchable(lamps: Iterable[Any], depsgraph: Any) -> Iterator[Found]:
+def unswitchable(lamps: Iterable[Any], depsgraph: Any) -> Iterator[Finding]:
     """Yield a finding for each lamp that residents cannot switch, or not alone."""
     for lamp in lamps:
         found = shining(lamp)

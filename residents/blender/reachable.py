@@ -29,10 +29,10 @@ from ..acting.places import LAMP, Place, Places
 from ..acting.reach import Unreached, unreached_in_steps
 from .lamps import lamp_of, unswitchable
 from .marks import LABELS, NONE, marked
-from .moved_alike import examined_residents, moved_residents, unmovable
 from .places import read_marks, read_marks_in_steps
 from .settings import residents_in
 from .standing import WalkedStorey
+from .unmovable import examined_residents, moved_residents, unmovable
 
 # m above the floor: an object in the way is searched for at this height.
 HIP_M = 1.0

@@ -53,9 +53,9 @@ from .causes import Causes
 from .daylight import Daylight
 from .keys import KeyedStretch
 from .lamps import lights_of, unswitchable
-from .moved_alike import moved_residents, unmovable
 from .places import read_marks_in_steps
 from .settings import build_of, residents_in
+from .unmovable import moved_residents, unmovable
 
 # Types of constraints that use the scene's camera.
 THROUGH_CAMERA = ("CAMERA_SOLVER", "FOLLOW_TRACK", "OBJECT_SOLVER")

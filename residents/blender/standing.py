@@ -341,7 +341,8 @@ def place_of(
     mark = marked.obj.angen_place
     look = facing_of(marked.obj, marked.matrix)
     floor = ground.storey.height
-    edge, sides = None, ()
+    edge: Array | None = None
+    sides: tuple[_Side, ...] = ()
     if mark.use == STAND:
         point = marked.middle
         at, target_at = point[:2], np.array([*point[:2], floor])

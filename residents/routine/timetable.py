@@ -214,7 +214,7 @@ def _draw_plan_entry(entry: FixedPoint, name: str, midnight: float, stream: Stre
         end = midnight + entry.until + entry.spread * stream.normal()
         end = max(end, start + least)
         return _DrawnEntry(start, end, entry.activity, False, name, end - least)
-    end = start + stream.log_normal(entry.lasts or 0.0, entry.varies)
+    end = start + max(stream.log_normal(entry.lasts or 0.0, entry.varies), SHORTEST)
     return _DrawnEntry(start, end, entry.activity, True, name)
 
 

@@ -99,7 +99,7 @@ def read(path: Path) -> ParsedLog:
         sensor, kind, field, _, is_own = entity
         if published[field] in UNITS:
             own = published[field] if is_own else ""
-            found.units.setdefault((sensor, field), UnitOf(name, unit or own))
+            found.units.setdefault((sensor, field), UnitOf(name, unit or own, bool(unit)))
         value = _value(entity, state)
         if value is None:
             left_out.add(line, f"'{name} {state}'")

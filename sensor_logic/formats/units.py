@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 from ..error import InputError
 from ..kinds import KINDS
@@ -53,11 +54,13 @@ class UnitOf:
     """Where a field's numbers come from in the file: their name there, and their unit.
 
     `unit` is empty if the file does not give it. A `name` is such as
-    `sensor.radar_detection_distance`.
+    `sensor.radar_detection_distance`. `is_written` says that the file itself gives the unit: then
+    only a unit for this name replaces it, not one for the field of all sensors.
     """
 
     name: str
     unit: str = ""
+    is_written: bool = False
 
 
 @dataclass
@@ -80,8 +83,8 @@ class Units:
         return cls(given)
 
     def convert(
-        self, changes: list[Event], fields: Mapping[tuple[str, str], UnitOf]
-    ) -> tuple[list[Event], list[str]]:
+        self, changes: list[Event[Any]], fields: Mapping[tuple[str, str], UnitOf]
+    ) -> tuple[list[Event[Any]], list[str]]:
         """Return the changes in the units of their fields, and a note about those left out.
 
         Parameters
@@ -103,6 +106,8 @@ class Units:
             _, name = key
             told = self._key(origin.name, name)
             used |= {other for other in self.given if _means(other, origin.name, name)}
+            if told == name and origin.is_written:
+                told = ""
             unit = self.given[told] if told else origin.unit
             known = UNITS[published[name]]
             if unit and unit not in known:
@@ -137,7 +142,7 @@ def _means(given: str, origin: str, name: str) -> bool:
     return given in {name, origin} or origin.endswith((f".{given}", f"_{given}"))
 
 
-def _converted(change: Event, factor: float, offset: float) -> Event:
+def _converted(change: Event[Any], factor: float, offset: float) -> Event[Any]:
     return replace(change, value=as_logged(float(change.value) * factor + offset))
 
 
@@ -150,7 +155,7 @@ def _asked(names: list[str]) -> list[str]:
     ]
 
 
-UNIT_HELP = {
+UNIT_HELP: dict[str, Any] = {
     "action": "append",
     "default": [],
     "metavar": "FIELD=UNIT",

@@ -498,8 +498,12 @@ def test_a_wrong_unit_is_one_line(run, given, words) -> None:
 def test_a_column_of_units_is_read(run) -> None:
     head, *rows = RADARS.splitlines()
     lines = [f"{head},unit_of_measurement", f"{rows[0]},cm", f"{rows[1]},mm"]
-    status, told, out = run("\n".join(lines) + "\n", "events")
-    assert (status, told, values(out)) == (0, [], ["1.35", "1.832"])
+    text = "\n".join(lines) + "\n"
+    for options in ((), ("--unit", "distance_m=m")):
+        status, told, out = run(text, "events", *options)
+        assert (status, told, values(out)) == (0, [], ["1.35", "1.832"])
+    status, told, out = run(text, "events", "--unit", "sensor.ld2410_detection_distance=m")
+    assert (status, told, values(out)) == (0, [], ["135", "1.832"])
 
 
 def test_replay_takes_units(tmp_path) -> None:

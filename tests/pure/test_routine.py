@@ -486,3 +486,11 @@ def test_an_entry_without_chance_is_done_every_day(spread, at, until, before) ->
         length = 600 if until == "09:10" else HOUR
         # All but what the begin or the end of the run cuts off last a quarter of the length.
         assert min(s.end - s.start for s in read[1:-1]) >= 0.25 * length - 1
+
+
+def test_a_short_entry_is_done_every_day() -> None:
+    entry = 'at = "09:00", activity = "Read", lasts = "1 min", varies = 1.5'
+    night = 'at = "09:30", activity = "Sleep", until = "08:00"'
+    text = ONE_PERSON.format(entries=f"{{ {entry} }}, {{ {night} }}")
+    read = [s for s in drawn(text, days=60) if s.activity == "Read"]
+    assert len(read) == 60

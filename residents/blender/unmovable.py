@@ -9,16 +9,18 @@ from typing import Any
 import bpy
 import numpy as np
 
-from ...angen_addon.doctor.examined import Examined, Found
+from ...angen_addon.doctor.examined import Examined
 from ...angen_addon.scene.lengths import lengths_of
 from ...sensor_logic.wording import named
 from .settings import above, build_of, drawn_stature, residents_in
 
+# As `Found` of the doctor: the problem, the way to mend it, and the names of the objects with it.
+Finding = tuple[str, str, tuple[str, ...]]
 # Shares by which scales along two axes, and two statures, may differ.
 UNEVEN, APART = 1e-3, 0.01
 
 
-def unmovable(objects: Iterable[Any]) -> Iterator[Found]:
+def unmovable(objects: Iterable[Any]) -> Iterator[Finding]:
     """Yield a finding for each object that its parent or a constraint keeps from its place."""
     for obj in objects:
         uneven = np.array(above(obj))[:3, :3]
@@ -47,7 +49,7 @@ def moved_residents(scene: Any) -> list[Any]:
     return [obj for pair in found for obj in pair if obj is not None]
 
 
-def examined_residents(home: Examined) -> Iterator[Found]:
+def examined_residents(home: Examined) -> Iterator[Finding]:
     """Yield findings on residents that a day cannot move, or draws with another stature."""
     yield from unmovable(moved_residents(home.scene))
     lengths = lengths_of(bpy.context.scene)

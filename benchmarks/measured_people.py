@@ -31,7 +31,7 @@ from .movements import Movement, Spot
 # s. A fresh person begins with movement, since only movement switches a radar on.
 ARRIVES = 4.0
 # Processes that simulate all situations, two at a time.
-SHARES = 6
+SHARES = 10
 # Seconds of a quick trial, and of its begin that is left out.
 QUICK = (25.0, 10.0)
 

@@ -340,7 +340,7 @@ def test_no_gate_before_the_range_of_the_data_sheet_is_blind(name):
             assert most > 0.85, at
 
 
-# A module that was measured: docs/presence_radar.md. One of its rows gave no constant.
+# A module that was measured: docs/presence_radar.md.
 
 
 class OnTheSpot(Scene):

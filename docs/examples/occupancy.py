@@ -21,6 +21,8 @@ STATES = ("moved", "presence", "occupied")
 KINDS = {"PIR": "motion detector", "PRESENCE_RADAR": "radar", "THERMAL_ARRAY": "thermal array"}
 # Minutes for which installations go on counting a room as occupied after a motion detector.
 HELD = (0, 5, 15)
+# Minutes after somebody left in which a false answer counts as a tail: released late, or a warm seat.
+TAIL = 5
 
 
 def minutes_of(days: Path) -> pd.DatetimeIndex:
@@ -92,7 +94,8 @@ def table(days: Path) -> pd.DataFrame:
     """Return a row for each sort of sensor.
 
     It has the percentage of minutes that are right in each room, and the wrong minutes of all rooms
-    together: those that are missed, and those in which it says "occupied" without reason.
+    together: those that are missed, and those in which it says "occupied" without reason. Of the
+    latter, `tail` are at most TAIL minutes after somebody left the room.
     """
     minutes = minutes_of(days)
     real = truth(days, minutes)
@@ -100,7 +103,9 @@ def table(days: Path) -> pd.DataFrame:
     for label, each in answers(real, says(days, minutes)).items():
         row = {room: f"{100 * (on == real[room]).mean():.1f}" for room, on in each.items()}
         row["missed"] = sum(int((real[room] & ~on).sum()) for room, on in each.items())
-        row["false"] = sum(int((on & ~real[room]).sum()) for room, on in each.items())
+        false = {room: on & ~real[room] for room, on in each.items()}
+        row["false"] = sum(int(on.sum()) for on in false.values())
+        row["tail"] = sum(int((on & held(real[r], TAIL)).sum()) for r, on in false.items())
         rows[label] = row
     return pd.DataFrame(rows).T
 

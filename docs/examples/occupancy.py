@@ -21,7 +21,7 @@ STATES = ("moved", "presence", "occupied")
 KINDS = {"PIR": "motion detector", "PRESENCE_RADAR": "radar", "THERMAL_ARRAY": "thermal array"}
 # Minutes for which installations go on counting a room as occupied after a motion detector.
 HELD = (0, 5, 15)
-# Minutes after somebody left in which a false answer counts as a tail: released late, or a warm seat.
+# Minutes after somebody left in which a false answer is a tail: a late release, or a warm seat.
 TAIL = 5
 
 

@@ -41,7 +41,8 @@ LOOK_S = 1.0
 # Temperatures are computed anew whenever the time since the last change has grown by this part.
 # The excess then changes by less than half of it.
 FINENESS = 1.0 / 32.0
-# K. A print without contact is forgotten when its warmest cell is below this.
+# K. A cell without contact is forgotten when its surface is below this, at the next change of the
+# contacts. Else a warm body that moves on the floor all day would leave ever more cells.
 FORGOTTEN = 0.03
 
 
@@ -199,10 +200,13 @@ class Print:
             return
         state = layers_after(self._state, time - self.since, self._source)
         self.since, self.revision = time, self.revision + 1
-        every = np.union1d(self._key, key)
-        known, now = np.searchsorted(every, self._key), np.searchsorted(every, key)
+        warm = surface_of(state, np.full(len(state), np.nan)) >= FORGOTTEN
+        kept = warm | np.isin(self._key, key)
+        state = state[kept]
+        every = np.union1d(self._key[kept], key)
+        known, now = np.searchsorted(every, self._key[kept]), np.searchsorted(every, key)
         heights = np.zeros(len(every))
-        heights[known], heights[now] = self._height, height
+        heights[known], heights[now] = self._height[kept], height
         self._key, self._height, self._source = every, heights, np.full(len(every), np.nan)
         self._source[now] = source
         self._state = no_layers(len(every))

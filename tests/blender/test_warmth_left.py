@@ -167,6 +167,36 @@ def test_a_broken_body_leaves_warmth_and_a_huge_one_nothing(room):
     assert excess(room, room.run(1, leaves + 10))[leaves] == 0.0
 
 
+def test_a_pad_on_the_seat_changes_nothing(room):
+    """Arrays see through its housing, and so the warmth is left in the seat beneath it."""
+    leaves = sitter(room, 30.0)
+    plain = room.series(room.run(1, leaves + 10), "array", "frame_c")
+    bpy.ops.angen.sensor_add(kind="PRESSURE", preset="")
+    pad = bpy.context.object
+    pad.location, pad.rotation_euler, pad.scale = (0, 0, -2.01), (0, 0, 0), (10, 10, 1)
+    room.update()
+    assert room.series(room.run(1, leaves + 10), "array", "frame_c") == plain
+
+
+def test_parts_of_a_body_can_be_far_apart(room):
+    leaves = sitter(room, 20.0)
+    plain = room.series(room.run(1, leaves + 10), "array", "frame_c")
+    far = room.box((0.1, 0.1, 0.1), (0, 0, 0), "Far")
+    far.parent = bpy.data.objects["Sitter"]
+    far.location = (4e5, 4e5, 0)
+    far.angen_warmth.use_temperature, far.angen_warmth.temperature = True, SKIN
+    assert room.series(room.run(1, leaves + 10), "array", "frame_c") == plain
+
+
+def test_a_seat_that_is_hidden_or_deleted(room):
+    leaves = sitter(room, 20.0)
+    stool = bpy.data.objects["Stool"]
+    room.key(stool, "hide_viewport", {1: False, leaves + 3: True, leaves + 6: False}, "CONSTANT")
+    assert excess(room, room.run(1, leaves + 10))[leaves + 3] == 0.0
+    bpy.data.objects.remove(stool)
+    assert excess(room, room.run(1, leaves + 10))[leaves] == 0.0
+
+
 def test_explain_names_the_seat(room):
     leaves = sitter(room, 120.0)
     recording = room.run(1, leaves + 10)

@@ -555,6 +555,30 @@ def test_a_leaky_mean_is_that_of_its_difference_equation():
     assert np.array_equal(np.concatenate(again), found), "to the bit"
 
 
+@pytest.mark.parametrize("constants", [(1.0, 2.0), (2.0, 1.0), (0.01, 10.0)])
+def test_the_leaky_mean_goes_on_when_its_time_constant_changes(constants):
+    mean, time, expected = LeakyMean(), 0.0, 10.0
+    for constant in constants * 3:
+        times = time + 0.1 * np.arange(1, 631)
+        found = mean.run(times, np.full((630, 1), 10.0 + constant), constant)[:, 0]
+        if time == 0.0:
+            expected = 10.0 + constant
+        decay = np.exp(-(times - time) / constant)
+        if time:
+            assert found == pytest.approx(10.0 + constant + (expected - 10.0 - constant) * decay)
+        expected, time = float(found[-1]), float(times[-1])
+
+
+@pytest.mark.parametrize("name, value", [("range_max", 3.0), ("gate_length", 0.3)])
+def test_gates_can_be_animated(name, value):
+    scene = Scene([Person((0.0, 2.0, 0.0), breathing=0.005)])
+    model, changed = PresenceRadar(), replace(part("LD2410"), **{name: value})
+    for parameters, first in ((part("LD2410"), 0), (changed, 20), (part("LD2410"), 40)):
+        found = run(scene, parameters, updates=20, model=model, first=first)
+        assert {len(gate_energies(one.fields["gates"])) for one in found} == {parameters.gates}
+        assert all(one.active for one in found)
+
+
 # Time
 
 

@@ -127,6 +127,17 @@ def test_a_colder_body_and_a_forgotten_print():
     assert not left.prints, "colder than a device can tell"
 
 
+def test_a_warm_body_that_moves_all_day_leaves_no_more_cells_than_are_warm():
+    left, robot = WarmthLeft(), np.array([[x, y, 0.0] for x in (0, 0.05) for y in (0, 0.05)])
+    cells = []
+    for second in range(0, 40_000, 10):
+        points = robot + [0.05 * (second / 10 % 200), 0.05 * (second // 2000), 0.0]
+        left.touch(float(second), {PLACE: Imprint(points, np.full(4, 5.0))})
+        cells.append(len(left.prints[PLACE].excess(second)))
+    assert 4 < cells[500] and max(cells[500:]) < 2 * cells[500], "not one more at each step"
+    assert (left.prints[PLACE].excess(second) > 0.02).all()
+
+
 def test_intervals_change_the_excess_by_little_and_are_few():
     one = Print(0.0)
     one.touch(0.0, seat())

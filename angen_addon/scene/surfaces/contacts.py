@@ -57,8 +57,10 @@ class Bodies:
                 known = self._skin.get(body.session_uid, 0.0)
                 self._skin[body.session_uid] = max(known, warm[solid.number])
         self._rows = {body: np.array(own, np.intp) for body, own in rows.items()}
+        # Arrays see through housings: who sits on a pad warms the seat beneath it.
+        others = [s.row for s in caster.solids.solids if not s.is_housing]
         every = np.concatenate([np.zeros(0, np.intp), *self._rows.values()])
-        self._others = np.setdiff1d(np.arange(len(caster.solids.solids)), every)
+        self._others = np.setdiff1d(np.array(others, np.intp), every)
 
     def __bool__(self) -> bool:
         return bool(self._rows)
@@ -132,13 +134,16 @@ def _samples(solids: Solids, depsgraph: Any, row: int, metres: float) -> Array:
 
 def _lowest(points: Array, cell: float) -> Array:
     """Return the middle of each column of side `cell` with points (k, 3), and their lowest z."""
-    columns = np.floor(points[:, :2] / cell)
-    first = columns.min(axis=0)
-    across, along = (columns - first).astype(np.intp).T
-    lowest = np.full((across.max() + 1, along.max() + 1), np.inf)
-    np.minimum.at(lowest, (across, along), points[:, 2])
-    which = np.nonzero(np.isfinite(lowest))
-    return np.column_stack([(np.stack(which, axis=1) + first + 0.5) * cell, lowest[which]])
+    # The parts of one body can be far apart: columns without points take no memory.
+    columns = np.floor(points[:, :2] / cell).astype(np.int64)
+    first = columns.min(axis=0, initial=0)
+    across, along = (columns - first).T
+    width = along.max(initial=0) + 1
+    keys, which = np.unique(across * width + along, return_inverse=True)
+    lowest = np.full(len(keys), np.inf)
+    np.minimum.at(lowest, which, points[:, 2])
+    middles = np.stack(np.divmod(keys, width), axis=1) + first + 0.5
+    return np.column_stack([middles * cell, lowest])
 
 
 def in_frame(matrix: Array, inverse: Array, axis: int, points: Array, metres: float) -> Array:

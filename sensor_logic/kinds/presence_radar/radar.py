@@ -466,12 +466,14 @@ class LeakyMean:
     def __init__(self) -> None:
         self._sum: Array | None = None
         self._start = self._time = 0.0
+        self._constant = 1.0
 
     def run(self, times: Array, values: Array, constant: float) -> Array:
         """Return the mean (n, …) at each of the `times` (n,) in s, of values (n, …) up to then.
 
-        `constant` is the time constant in s. The first value is the mean before it. The result does
-        not depend on how updates are divided into calls.
+        `constant` is the time constant in s. The first value is the mean before it, also after a
+        change of the number of values. The result does not depend on how updates are divided into
+        calls.
         """
         found = np.empty(values.shape)
         spans = np.floor(times / (SPAN * constant))
@@ -480,9 +482,12 @@ class LeakyMean:
         for begin, end in zip(begins, [*begins[1:], len(times)], strict=True):
             part, start = slice(begin, end), float(spans[begin]) * SPAN * constant
             before = self._sum
-            if before is None:
+            if before is None or before.shape != values.shape[1:]:
                 self._start, self._time = start, float(times[0])
                 before = values[0] * math.exp((self._time - start) / constant)
+            elif constant != self._constant:
+                grown_before = (self._time - self._start) / self._constant
+                before = before * math.exp((self._time - start) / constant - grown_before)
             elif start != self._start:
                 before = before * math.exp((self._start - start) / constant)
             step = np.diff(times[part], prepend=self._time)
@@ -492,6 +497,7 @@ class LeakyMean:
             sums = np.cumsum(np.concatenate([before[None], added]), axis=0)[1:]
             found[part] = sums / grown
             self._sum, self._start, self._time = sums[-1], start, float(times[end - 1])
+            self._constant = constant
         return found
 
 

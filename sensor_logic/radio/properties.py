@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -12,12 +13,20 @@ from .substances import SUBSTANCES
 
 AUTO, YES, NO = "AUTO", "YES", "NO"
 # With *Automatic*, a thin object is textile if its name, or the names of all its materials, contain
-# one of these words, but not if its name contains a word of what cloth hangs on.
+# one of these words, but not if a word of what cloth hangs or lies on ends its name: a blanket
+# cupboard is a cupboard, and a wall curtain a curtain.
 TEXTILE_WORDS = (
     "blanket", "carpet", "cloth", "cotton", "curtain", "cushion", "drape", "duvet", "fabric",
     "linen", "pillow", "quilt", "textile", "towel", "upholster", "velvet", "wool",
 )  # fmt: skip
-HOLDER_WORDS = "hook", "pole", "rack", "rail", "rod"
+HOLDER_WORDS = (
+    "bar", "box", "cabinet", "chest", "closet", "cupboard", "door", "dryer", "heater", "holder",
+    "hook", "pole", "rack", "radiator", "rail", "rod", "shelf", "wall", "wardrobe",
+    "warmer",
+)  # fmt: skip
+# A holder is a whole word, or the end of one, such as of "CurtainRails".
+SAYS_TEXTILE = re.compile("|".join(TEXTILE_WORDS))
+SAYS_HOLDER = re.compile(rf"(?:{'|'.join(HOLDER_WORDS)})s?(?![a-z])")
 # m: the greatest thickness of a duvet, a cushion or a folded curtain. Anything thicker is not thin.
 THIN = 0.3
 # The usual thickness in m of what waves pass in one crossing of a wall, door or pane: two boards on
@@ -45,13 +54,14 @@ TIPS = {
 def is_textile(name: str, materials: Sequence[str]) -> bool:
     """Return whether a thin object is textile, by its name and the names of its materials."""
 
-    def says(text: str, words: Sequence[str]) -> bool:
-        return any(word in text.lower() for word in words)
+    def last(words: re.Pattern[str], text: str) -> int:
+        return max((found.start() for found in words.finditer(text.lower())), default=-1)
 
-    if says(name, HOLDER_WORDS):
+    textile, holder = last(SAYS_TEXTILE, name), last(SAYS_HOLDER, name)
+    if holder > textile:
         return False
-    of_cloth = [says(material, TEXTILE_WORDS) for material in materials]
-    return says(name, TEXTILE_WORDS) or (bool(of_cloth) and all(of_cloth))
+    of_cloth = [last(SAYS_TEXTILE, material) >= 0 for material in materials]
+    return textile >= 0 or (bool(of_cloth) and all(of_cloth))
 
 
 @dataclass(frozen=True)

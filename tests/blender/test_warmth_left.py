@@ -16,6 +16,7 @@ from bl_ext.user_default.angen_sensors.residents.blender.settings import (
     show_pose,
 )
 from bl_ext.user_default.angen_sensors.residents.body.skeleton import Sort
+from bl_ext.user_default.angen_sensors.sensor_logic.kinds.thermal_array import array as arrays
 from mathutils import Matrix, Vector
 
 ROOM, SKIN = 21.0, 33.5
@@ -165,6 +166,16 @@ def test_a_broken_body_leaves_warmth_and_a_huge_one_nothing(room):
     body.data.vertices[0].co = (0, 0, 1e3)
     body.data.update()
     assert excess(room, room.run(1, leaves + 10))[leaves] == 0.0
+
+
+def test_updates_that_are_answered_in_parts_give_the_same(room, monkeypatch):
+    leaves = sitter(room, 20.0)
+    plain = room.series(room.run(1, leaves + 60), "array", "frame_c")
+    monkeypatch.setattr(arrays, "AT_ONCE", 7 * 12 * 12 * 10)
+    recording = room.run(1, leaves + 60)
+    assert room.series(recording, "array", "frame_c") == plain
+    (sensor,) = room.sensors()
+    assert explain(room.scene, sensor, recording, leaves + 1).headline.startswith("Occupied: 'St")
 
 
 def test_a_pad_on_the_seat_changes_nothing(room):

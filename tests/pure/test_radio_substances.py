@@ -5,7 +5,7 @@ import math
 
 import pytest
 from angen_sensors.sensor_logic.parameters import specs
-from angen_sensors.sensor_logic.radio.properties import THICKNESS, RadarSubstance
+from angen_sensors.sensor_logic.radio.properties import THICKNESS, RadarSubstance, is_textile
 from angen_sensors.sensor_logic.radio.substances import (
     OPAQUE,
     SUBSTANCES,
@@ -90,3 +90,26 @@ def test_no_thickness_loses_nothing_and_more_never_loses_less(name):
     losses = [attenuation(name, t, 24.0) for t in (1e-4, 1e-3, 0.01, 0.1, 1.0)]
     assert losses == sorted(losses) and all(0.0 < one <= OPAQUE for one in losses)
     assert 0.0 < reflectance(name, 24.0) <= 1.0
+
+
+@pytest.mark.parametrize(
+    "name", ["Curtain", "Wall curtain", "Duvet.001", "box_cushion", "Carpet flooring", "DoorTowel"]
+)
+def test_names_of_cloth(name):
+    assert is_textile(name, []) and is_textile("Plane", [name, "Cotton"])
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "Curtain wall", "Blanket cupboard", "Linen closet door", "Towel radiator.002",
+        "CurtainRails_left", "Clothes rack", "Vorhang", "couette", "",
+    ],
+)  # fmt: skip
+def test_names_of_what_cloth_hangs_or_lies_on_are_none_of_cloth(name):
+    assert not is_textile(name, [])
+
+
+def test_a_wall_with_a_paint_of_the_colour_of_linen_is_no_cloth():
+    assert not is_textile("Wall north", ["Linen white"])
+    assert not is_textile("Plane", ["Linen white", "Oak"]) and not is_textile("Plane", [])

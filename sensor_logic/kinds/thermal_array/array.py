@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ...geometry.pixels import lattice_cells, pixel_directions
 from ...kind import WARMTH
-from ...model import Array, Model, PerPose, Pose, Readings, Updates
+from ...model import Array, Index, Model, PerPose, Pose, Readings, Updates
 from ...physics import STEFAN_BOLTZMANN, OutputTiming, radiosity
 from ...warmth_left import WarmthLeft
 from ...wording import ZERO_CELSIUS
@@ -23,6 +23,9 @@ from .parameters import ThermalArrayParameters
 
 # m. The length of the rays; beyond it everything has the ambient temperature.
 SIGHT = 50.0
+# Updates with so many rays are answered at once. While warmth that is left in seats fades, each
+# update of a long still time can have temperatures of its own.
+AT_ONCE = 10_000_000
 # The decimals of a frame in samples.
 DECIMALS = 2
 
@@ -147,14 +150,14 @@ class ThermalArray(Model):
 
     def sense(self, parameters: ThermalArrayParameters, updates: Updates) -> Readings:
         """Return the readings; `updates` must continue those of the previous call."""
-        rays = self._rays(parameters, updates.pose)
-        answers = updates.ask(WARMTH, 0, *rays, updates.times, self._left)
-        shape = parameters.columns * parameters.rows, parameters.rays
-        means = np.array([radiosity(hits).reshape(shape).mean(axis=1) for hits in answers.table])
+        count = len(updates)
+        size = max(1, AT_ONCE // (parameters.columns * parameters.rows * parameters.rays))
+        parts = [np.arange(i, min(i + size, count)) for i in range(0, count, size)]
+        means = [self._means(parameters, updates, which) for which in parts]
         steps = np.diff(updates.times, prepend=self._time)
         steps[~np.isfinite(steps)] = 0.0
         self._time = float(updates.times[-1])
-        settled = self._settling.run(means[answers.rows], steps, parameters.settling_time)
+        settled = self._settling.run(np.concatenate(means), steps, parameters.settling_time)
         seen = celsius(self._mean.run(settled, parameters.mean_of))
         frames = self._device.publish(parameters, updates, seen)
         _, warm = self._background.run(parameters, frames, steps)
@@ -170,6 +173,16 @@ class ThermalArray(Model):
             "frame_c": [frame_text(f) for f in frames] if parameters.keep_frames else None,
         }
         return Readings(occupied, highest, fields)
+
+    def _means(self, parameters: ThermalArrayParameters, updates: Updates, which: Index) -> Array:
+        """Return the mean radiosity (k, pixels) in W/m² at the updates with the indices `which`."""
+        rays = self._rays(parameters, updates.pose)
+        times, some = updates.times[which], which if len(which) < len(updates) else None
+        answers = updates.ask(WARMTH, 0, *rays, times, self._left, which=some)
+        shape = parameters.columns * parameters.rows, parameters.rays
+        means = np.array([radiosity(hits).reshape(shape).mean(axis=1) for hits in answers.table])
+        found: Array = means[answers.rows]
+        return found
 
 
 def frame_text(frame: Array) -> str:

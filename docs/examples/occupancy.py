@@ -151,22 +151,28 @@ def releases(days: Path) -> pd.DataFrame:
             if (end - begin).total_seconds() < 60 or (len(later) and later[0] < until):
                 continue
             is_on = len(before) > 0 and before.iloc[-1] > 0.0
-            stay = f"{LONG} min or more" if end - begin >= pd.Timedelta(LONG, "min") else "shorter"
+            stay = "at least" if end - begin >= pd.Timedelta(LONG, "min") else "less than"
             seconds = (until - end).total_seconds() if is_on else float("nan")
-            rows.append((KINDS[kind], stay, is_on, seconds))
-    table = pd.DataFrame(rows, columns=["sensor", "stay", "on", "seconds"])
-    groups = table.groupby(["sensor", "stay"])
+            rows.append((f"{KINDS[kind]}, stays of {stay} {LONG} min", is_on, seconds))
+    groups = pd.DataFrame(rows, columns=["sensor", "on", "seconds"]).groupby("sensor")
     return pd.DataFrame(
         {
             "stays": groups.size(),
-            "on, %": (100 * groups.on.mean()).round(),
-            "median s": groups.seconds.median(),
-            "longest s": groups.seconds.max(),
+            "on, %": (100 * groups.on.mean()).round().astype(int),
+            "median s": groups.seconds.median().round(1),
+            "longest s": groups.seconds.max().round(1),
         }
-    )
+    ).astype(str)
+
+
+def text(table: pd.DataFrame) -> str:
+    """Return a table in Markdown."""
+    head = [["", *table.columns], ["---"] * (len(table.columns) + 1)]
+    rows = [[name, *row] for name, row in zip(table.index, table.to_numpy().tolist(), strict=True)]
+    return "\n".join(f"| {' | '.join(map(str, row))} |" for row in head + rows)
 
 
 if __name__ == "__main__":
     if len(sys.argv) != 2 or not (Path(sys.argv[1]) / "people.csv").exists():
         sys.exit("occupancy: give a folder of days, as `angen day … --out DAYS` writes it")
-    print(table(Path(sys.argv[1])).to_string(), releases(Path(sys.argv[1])).to_string(), sep="\n\n")
+    print(text(table(Path(sys.argv[1]))), text(releases(Path(sys.argv[1]))), sep="\n\n")

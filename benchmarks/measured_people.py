@@ -171,7 +171,7 @@ SITUATIONS: dict[str, Situation] = {
     "cross 4": _crossing(4.0),
     "cross 5": _crossing(5.0),
     "cross 6": _crossing(6.0, "CORRIDOR"),
-    "cross 7, end": _crossing(7.0, "CORRIDOR", "HC_SR501_MAX"),
+    "cross 7, end": replace(_crossing(7.0, "CORRIDOR", "HC_SR501_MAX"), trials=2),
     "cross 5, end": _crossing(5.0, "ROOM", "HC_SR501_MAX"),
     "jogs 1": Situation(people.jogging_arms, 1.0, pir=PIR),
     "sways 3": Situation(people.sways, 3.0, pir=PIR, trials=3),

@@ -189,7 +189,9 @@ class DayRun:
         return exchange
 
     def _show(self, start: float, end: float) -> None:
-        self._keys.show(self._acted, start - self._before, end + AFTER_S)
+        # No step before the run is evaluated, however rare the updates of a sensor are.
+        before = max(start - self._before, self._bounds[0] - AFTER_S)
+        self._keys.show(self._acted, before, end + AFTER_S)
 
 
 def _events(events: Iterable[Event[float]], midnight: float) -> list[Event[int]]:

@@ -84,3 +84,26 @@ def test_pandas_reads_a_file_of_samples(
     )
     assert len(found) == DAY_S / 2 and found["time"].dt.date.nunique() == 1
     assert set(found["open"]) == {0, 1}
+
+
+@pytest.mark.slow
+def test_names_that_make_one_file_name_and_a_sensor_slower_than_days(
+    lived_home: Path, world: Any, angen_day: Callable[..., tuple[int, str]]
+) -> None:
+    rates = {"a/b": 0.01, "a_b": 0.01, "A:b": 0.01, "..": 0.01, "rare": 1e-7}
+    for name, rate in rates.items():
+        array = world.sensor("THERMAL_ARRAY", name, update_rate=rate, rays=3)
+        array.location = (4.9, 3.5, 2.4)
+    bpy.ops.wm.save_as_mainfile(filepath=str(lived_home))
+    chosen = [word for name in rates for word in ("--sensor", name)]
+    for _ in range(2):
+        status, told = angen_day("--samples", *chosen, days=1)
+        assert status == 0, told
+    assert "simulated" not in told, "the day is complete"
+    folders = {path.name: path for path in (lived_home.parent / "out" / "samples").iterdir()}
+    assert sorted(folders) == ["A_b-2", "_", "a_b", "a_b-3", "rare"]
+    counts = {}
+    for name, path in folders.items():
+        with gzip.open(next(path.iterdir()), "rt", encoding="utf-8") as file:
+            counts[name] = len(file.readlines()) - 1
+    assert counts.pop("rare") == 0 and set(counts.values()) == {864}

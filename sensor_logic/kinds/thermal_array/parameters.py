@@ -149,6 +149,7 @@ class ThermalArrayParameters(Parameters):
         "Fixed pattern",
         "Standard deviation among the pixels of an error that never changes",
         unit="K",
+        short="Pattern",
     )
     offset_sigma: float = parameter(
         0.0,

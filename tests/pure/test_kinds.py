@@ -242,7 +242,7 @@ def test_a_thesis_preset_sets_all_that_the_thesis_gives(kind):
     assert of_thesis <= set(preset.values)
 
 
-@pytest.mark.parametrize("kind", ["PRESSURE", "LIGHT", "DISTANCE", "CONTACT", "OPTICAL_SWITCH"])
+@pytest.mark.parametrize("kind", KINDS)
 def test_a_part_says_what_of_it_was_measured_and_what_is_assumed(kind):
     for identifier, preset in NAMED[kind].items():
         if identifier not in {"THESIS", "PAD"}:

@@ -103,6 +103,31 @@ def test_the_recogniser_learns_and_tells_what_a_detector_is_worth(days, run, rea
     assert "has no events.csv" in run("recogniser.py", "nofolder", "--test", "2026-03-04")
 
 
+def test_false_minutes_have_a_cause_and_releases_a_length(tmp_path, run) -> None:
+    folder = tmp_path / "days"
+    folder.mkdir()
+    at, radar = "2026-03-02T{}.000,".format, "{},PRESENCE_RADAR,presence,{}".format
+    places = [
+        ("00:00:00", "bedroom"), ("07:00:20", "kitchen"), ("07:05:00", "bedroom"),
+        ("07:05:10", "kitchen"), ("08:00:00", ""), ("12:00:00", "kitchen"),
+    ]  # fmt: skip
+    people = [at(time) + f"anna,{room}" for time, room in places]
+    changes = [
+        ("00:00:00", "bedroom", 1), ("07:02:30", "bedroom", 0), ("07:00:15", "kitchen", 1),
+        ("07:30:30", "bedroom", 1), ("07:31:30", "bedroom", 0), ("08:00:12", "kitchen", 0),
+        ("09:00:00", "kitchen", 1), ("09:00:12", "kitchen", 0), ("12:00:00", "kitchen", 1),
+    ]  # fmt: skip
+    events = [at(time) + radar(f"Radar {room}", state) for time, room, state in sorted(changes)]
+    (folder / "people.csv").write_text("\n".join(["time,person,room", *people]) + "\n")
+    (folder / "events.csv").write_text("\n".join(["time,sensor,kind,field,value", *events]) + "\n")
+    rows = run("occupancy.py", folder)
+    assert rows[""] == ["stays", "on, %", "median s", "longest s"]
+    # Right in bedroom and kitchen; missed, false; passing, tail, elsewhere, empty.
+    assert rows["radar"] == ["99.7", "99.9", "0", "7", "1", "3", "2", "1"]
+    # 130 s in the bedroom, 12 s in the kitchen; 10 s in the bedroom are no stay.
+    assert rows["radar, stays of at least 10 min"] == ["2", "100", "71.0", "130.0"]
+
+
 def test_a_forest_learns_postures_from_shapes_in_frames(tmp_path, run, reader) -> None:
     """Standing: a small warm spot; lying: a long cooler one; sitting: between."""
     reader("sklearn")

@@ -472,13 +472,14 @@ pyroelectric_part = parts_with(
     blanking_time=0.0,
     message_delay=0.0,
 )
-SHARP = "sharp edges of the zones"
+SHARP = "sharp edges of the zones, band from 0.3 to 8 Hz"
+PLATE = "the distance is that of a plate of 0.7 × 0.25 m, 4 K warmer"
 
 
 def _preset(identifier: str, label: str, timing: str, **values: Any) -> Preset:
     """Return the preset of the lens with the same identifier; `timing` is the source of times."""
     lens = LENSES[identifier]
-    source = f"{lens.source}. {timing}. Assumed: {lens.assumed}; {SHARP}"
+    source = f"{lens.source}. {timing}. Assumed: {lens.assumed}; {SHARP}; {PLATE}"
     distance = lens.detection_distance
     return pyroelectric_part(
         identifier, label, source, lens=identifier, range_max=distance, **values
@@ -491,8 +492,8 @@ def _hc_sr501(identifier: str, label: str, distance: float, trimmer: str) -> Pre
     source = (
         f"{lens.source}. Distance: measured, {trimmer}. Pulse of 3.46 s, the shortest: measured. "
         "Block time 2.5 s, 1 minute of initialization: module data sheet. "
-        f"Assumed: {lens.assumed}; blur of 1°; band from 1.6 to 16 Hz (10 kΩ with 10 µF, 1 MΩ with "
-        "10 nF, as usual with the BISS0001)"
+        f"Assumed: {lens.assumed}; blur of 1°; the person is 1.7 × 0.4 m and 3 K warmer; band from "
+        "1.6 to 16 Hz (10 kΩ with 10 µF, 1 MΩ with 10 nF, as usual with the BISS0001)"
     )
     return pyroelectric_part(
         identifier,

@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 
 from ...kind import Preset
-from .lenses import LENS_PRESETS, LENSES, SHARP, pyroelectric_part
+from .lenses import LENS_PRESETS, LENSES, PLATE, SHARP, pyroelectric_part
 
 
 def _range_scan(
@@ -16,7 +16,7 @@ def _range_scan(
     *,
     range_max: float,
     horizontal: float,
-    below: float = 90.0,
+    below: float | None = None,
     hold: float = 0.0,
     block: float = 0.0,
     warm_up: float = 0.0,
@@ -25,8 +25,14 @@ def _range_scan(
 
     Arguments are in metres, degrees and seconds. `horizontal` is the angle of the fans, and `below`
     is half of the vertical detection angle. Defaults stand for values that the source does not
-    give.
+    give; the note names them as assumed.
     """
+    times = (("hold time", hold), ("block time", block), ("warm-up time", warm_up))
+    assumed = [f"no {name}" for name, given in times if not given]
+    if below is None:
+        below = 90.0
+        assumed.append("it looks straight down, too")
+    source += f". Assumed: {', '.join([*assumed, 'any movement within these angles counts'])}"
     # All these presets set the same parameters, so that none keeps values of an earlier preset.
     values = {
         "model": "RANGE_SCAN",
@@ -49,9 +55,10 @@ def _range_scan(
 def _real_home(identifier: str, label: str, lens: str) -> Preset:
     """Return a preset of a wireless detector, fitted to recordings of a home (docs/pir.md)."""
     source = (
-        "CASAS home AL, 30 days: the hold is 6 ticks of 3/16 s, a detector ignores movement for 3 "
-        "ticks after each message, and messages are delayed by 15 ms on average. Assumed: the "
-        f"lens ({LENSES[lens].label}), as none is known; {SHARP}"
+        "Measured in the CASAS home AL, 30 days: the hold is 6 ticks of 3/16 s, a detector ignores "
+        "movement for 3 ticks after each message, and messages are delayed by 15 ms on average. "
+        f"Assumed: the lens ({LENSES[lens].label}) and its distance, as none is known; {SHARP}; "
+        f"{PLATE}"
     )
     return pyroelectric_part(
         identifier,

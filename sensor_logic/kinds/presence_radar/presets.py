@@ -51,10 +51,11 @@ PRESETS: tuple[Preset, ...] = (
         "Hi-Link LD2410 (24 GHz)",
         "Hi-Link, HLK-LD2410 user manual V1.02, table 2: 24 to 24.25 GHz, ±60°, gates of 0.75 m, "
         "moving 6 m. Thresholds and 5 s: factory settings, serial protocol of the LD2410C V1.09. "
-        "Measured with an LD2410B (docs/presence_radar.md): amplitudes, gates from 0, moving "
-        "range, floors, floor noise, still time, still energies 8 times those of movement (a range "
-        "of 13 m), movement starts presence; tail with five LD2410C. Assumed: still floors of "
-        "gates 0 to 7",
+        "Measured with an LD2410B (docs/presence_radar.md): amplitudes, gates from 0, floors, "
+        "floor noise, still time, still energies 8 times those of movement (a range of 13 m), "
+        "movement starts presence; each from one figure: integration time, distance scale, tail "
+        "share. Measured with five LD2410C: tail length. Assumed: still floors of gates 0 to 7; "
+        "no noise but floors and fading",
         range_max=6.0,
         gate_length=0.75,
         **_LD2410,
@@ -63,8 +64,8 @@ PRESETS: tuple[Preset, ...] = (
         "LD2410C_FINE",
         "Hi-Link LD2410C (24 GHz, gates of 0.2 m)",
         "As the LD2410, with the distance resolution of 0.2 m of firmware 2.04 and later: gates 0 "
-        "to 8, up to 1.6 m (documentation of aio-ld2410). Assumed: energies and floors as with "
-        "gates of 0.75 m",
+        "to 8, up to 1.6 m (documentation of aio-ld2410). Assumed: all else as with gates of 0.75 "
+        "m, also the energies and floors",
         range_max=1.6,
         gate_length=0.2,
         **_LD2410,
@@ -75,8 +76,8 @@ PRESETS: tuple[Preset, ...] = (
         "Hi-Link, HLK-LD2450 manual V1.00: 24 GHz, ±60° by ±35°, 6 m, up to three targets with x, "
         "y and speed at 10 Hz; gates of 0.32 m in the example of its table 3. Assumed: one "
         "transmitter and two receivers separate 30°, people who only breathe are tracked up to 3 "
-        "m, thresholds of 15 and 20, no floors, and no fading, because it tracks its targets; "
-        "still time and tail as the LD2410",
+        "m, thresholds of 15 and 20, no floors, no hold time, and no fading, because it tracks its "
+        "targets; integration time of 0.1 s; still time and tail as the LD2410",
         frequency=24.125,
         horizontal_fov=math.radians(120.0),
         vertical_fov=math.radians(70.0),
@@ -96,7 +97,7 @@ PRESETS: tuple[Preset, ...] = (
         "Seeed MR60BHA1 (60 GHz, breathing)",
         "Seeed Studio, MR60BHA1 data sheet: 58 to 63.5 GHz, beams of ±40° (−3 dB), presence up to "
         "3 m, breathing from 0.4 to 2 m. Assumed: gates of 0.5 m, thresholds of 15 and 20, no "
-        "floors; still time and tail as the LD2410",
+        "floors, integration time of 0.1 s; hold time, still time and tail as the LD2410",
         frequency=60.75,
         horizontal_fov=math.radians(80.0),
         vertical_fov=math.radians(80.0),

@@ -4,7 +4,6 @@
 Each note says which figures are *measured* (by us, in the raw files of public recordings:
 docs/measured.md), which are from a data sheet, and which are *assumed*. Data sheets give bounds of
 the error of a temperature: a third of the bound is used as the standard deviation among devices.
-The fixed pattern of 0.2 K is assumed for all parts.
 The noise of a frame grows with the root of the frame rate.
 """
 
@@ -15,7 +14,8 @@ from typing import Any
 
 from ...kind import Preset, parts_with
 
-BLUR = "blur measured on an MLX90640 and a D6T (0.5 pixels)"
+ALL = "fixed pattern of 0.2 K"
+DRIFT = "a draw of the drift each 5 s"
 # The rise of the noise towards the corners of lenses of 75° to 110°. Measured on an MLX90640: its
 # median pixel has 1.29 and its edge pixels 1.68 times the noise of the middle.
 WIDE_RISE, WIDE_CORNER = 0.82, 0.45
@@ -43,7 +43,8 @@ def _grid_eye(identifier: str, label: str, rate: float, noise: str) -> Preset:
         label,
         "Panasonic, Grid-EYE AMG88 catalogue: 60° × 60°, steps of 0.25 K, 0 to 80 °C, ±2.5 K, of "
         f"which a third is taken as the standard deviation. {noise}, its rise to the corners and "
-        f"both drifts measured on one part. Assumed: {BLUR}",
+        "both drifts measured on one part. Assumed: blur (0.5 pixels) as measured on an MLX90640 "
+        f"and a D6T; {DRIFT}; {ALL}",
         rate=rate,
         columns=8,
         rows=8,
@@ -67,7 +68,7 @@ def _melexis(
     return _part(
         identifier,
         label,
-        f"Melexis data sheet: {across:g}° × {up:g}°, −40 to 300 °C. {noise}",
+        f"Melexis data sheet: {across:g}° × {up:g}°, −40 to 300 °C. {noise}; {DRIFT}; {ALL}",
         rate=4.0,
         horizontal_fov=math.radians(across),
         vertical_fov=math.radians(up),
@@ -83,8 +84,8 @@ def _mlx90640(identifier: str, label: str, across: float, up: float, place: str)
         across,
         up,
         "Noise measured at 8 Hz (0.277 K in the middle), here for 4 Hz: the data sheet's 0.1 K at "
-        f"1 Hz. Drift of pixels and {BLUR}; {place}. The ±1 K of its inner pixels are taken as "
-        "three standard deviations",
+        f"1 Hz. Drift of pixels measured. {place}the ±1 K of its inner pixels are three standard "
+        "deviations",
         columns=32,
         rows=24,
         netd=0.196,
@@ -97,8 +98,8 @@ def _omron(identifier: str, label: str, view: str, noise: str, **values: Any) ->
         identifier,
         label,
         f"Omron D6T. {view}. Running mean of 1.4 s and blur (0.5 pixels) measured on a D6T-1616L. "
-        f"{noise}. Their steps of 0.1 K vanish in the mean. The ±1.5 K of the data sheet of the "
-        "D6T-44L are taken as three standard deviations",
+        f"{noise}. Their steps of 0.1 K vanish in the mean. Assumed: the ±1.5 K of the data sheet "
+        f"of the D6T-44L are three standard deviations; {ALL}",
         rate=10.0,
         mean_of=14,
         offset_sigma=0.5,
@@ -126,14 +127,14 @@ PRESETS: tuple[Preset, ...] = (
         "Melexis MLX90640 BAA (32 × 24, 110°)",
         110.0,
         75.0,
-        "noise by place measured",
+        "Noise by place and blur (0.5 pixels) measured. Assumed: ",
     ),
     _mlx90640(
         "MLX90640_BAB",
         "Melexis MLX90640 BAB (32 × 24, 55°)",
         55.0,
         35.0,
-        "noise by place assumed as of the lens of 110°",
+        "Assumed: noise by place and blur (0.5 pixels) as of the lens of 110°; ",
     ),
     _melexis(
         "MLX90641_BCA",
@@ -152,8 +153,8 @@ PRESETS: tuple[Preset, ...] = (
         "D6T_44L",
         "Omron D6T-44L-06 (4 × 4, 44°)",
         "Data sheet: 44.2° × 45.7°, 5 to 50 °C",
-        "Assumed: noise 0.06 K, 10 readings a second, and the rise of the noise as of the "
-        "D6T-1616L",
+        "Assumed: the mean and the blur are this part's too; noise 0.06 K, 10 readings a second, "
+        "and the rise of the noise as of the D6T-1616L",
         columns=4,
         rows=4,
         horizontal_fov=math.radians(44.2),
@@ -177,8 +178,8 @@ PRESETS: tuple[Preset, ...] = (
         "Heimann HTPA 32 × 32 L2.1 (90°)",
         "Heimann, HTPA32x32d as sold by Sipeed: 90° × 90°, noise 0.14 K at 1 Hz, here for 5 Hz, "
         "the measured rate. Noise of corner pixels twice that of middle ones, and steps of 0.1 K, "
-        "measured on two parts. Assumed: the noise between, blur (0.5 pixels), ±3 K of devices "
-        "as three standard deviations",
+        "measured on two parts. Assumed: the noise between, blur (0.5 pixels), −20 to 300 °C, ±3 K "
+        f"of devices as three standard deviations; {ALL}",
         rate=5.0,
         columns=32,
         rows=32,

@@ -40,7 +40,7 @@ def rows_of(name: str, figures: dict[str, float]) -> list[dict[str, Any]]:
         for line in csv.DictReader(file):
             kind, _, group = line["group"].rpartition(": ")
             low, high = (float(line[key]) if line[key] else None for key in ("low", "high"))
-            value = figures.get(line["id"], math.nan)
+            value = float(figures.get(line["id"], math.nan))
             within = low is not None and high is not None and low <= value <= high
             rows.append({
                 "id": line["id"], "kind": kind or group, "group": group,

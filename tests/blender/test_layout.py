@@ -153,7 +153,7 @@ def test_sensors_are_added_changed_and_removed(world, listed, apply):
     assert told["old"]["collection"] == "Switches"
     new = told["new"]
     assert new["location"] == [1, 0.5, 2] and new["parent"] == "Door"
-    assert new["parameters"]["hold_time"] == 4 and new["parameters"]["range_max"] == 7
+    assert new["parameters"]["hold_time"] == 4 and new["parameters"]["range_max"] == 5
     # Its −Z axis was along the door's X.
     assert (bpy.data.objects["new"].matrix_world.to_3x3().col[2] + Vector((0, 1, 0))).length < 1e-6
     door.location.x = 200

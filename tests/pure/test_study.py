@@ -199,7 +199,7 @@ def test_keys_set_the_sensors_that_they_fit() -> None:
     chosen = SensorChoice(("PIR*",), light=False)
     assert settings.settings_of(HOME, {}, chosen) == {"Lamp.001": {"enabled": False}}
     (preset,) = settings.settings_of(HOME, {"PIR bed.preset": "HC_SR501"}).values()
-    assert preset["range_max"] == 7.0 and preset["hold_time"] == 0.3
+    assert preset["range_max"] == 5.0 and preset["hold_time"] == 3.46
 
 
 def test_the_command_says_how_to_get_it_where_the_zip_has_it_not(tmp_path) -> None:

@@ -229,7 +229,7 @@ class RayPicture:
             # A triangle that reaches beside or behind the eye may be anywhere in the picture.
             off = depth[frame] <= close[frame]
             which = np.flatnonzero(off[corners].any(axis=0))
-            ahead = ~off[corners[:, which]].all(axis=0)
+            ahead = ~off[corners[:, which]].all(axis=0) & self._reached(seen[frame], corners, which)
             below[frame, which], above[frame, which] = 0, np.where(ahead, CELLS - 1, 0)
             beside.append(frame * corners.shape[1] + which[ahead])
             x[frame, off] = y[frame, off] = np.nan
@@ -252,6 +252,20 @@ class RayPicture:
                 slack = BORDER * (1.0 + np.abs(at))
                 inside &= ~((least > at + slack) | (most < at - slack))
         return frame[inside], self._rays[ray[inside]], triangle[inside]
+
+    def _reached(self, seen: Array, corners: Index, which: Index) -> NDArray[np.bool_]:
+        """Return which triangles (k,) are not wholly beside the pyramid that holds all rays.
+
+        `seen` (3, v) has the points in the axes of the picture, and `which` (k,) the triangles.
+        Otherwise each ray would be compared with a person beside a detector: 40 times slower.
+        """
+        ends = seen[:, corners[:, which]]
+        found = np.ones(len(which), bool)
+        for i, places in enumerate(self._places):
+            slack = BORDER * (1.0 + np.abs(places).max())
+            found &= ~(ends[i] > (places.max() + slack) * ends[2]).all(axis=0)
+            found &= ~(ends[i] < (places.min() - slack) * ends[2]).all(axis=0)
+        return found
 
 
 def _min_and_max(ends: Iterable[Any]) -> tuple[Any, Any]:

@@ -117,7 +117,7 @@ class RadarParameters(Parameters):
         minimum=1.0,
         maximum=100.0,
         source=LD2410_SERIAL,
-        short="Moving energy",
+        short="Walk energy",
     )
     still_range: float = parameter(
         5.0,
@@ -188,6 +188,7 @@ class RadarParameters(Parameters):
         "Movement starts presence",
         "Only movement switches presence on, and breathing keeps it. The first update counts both",
         source=MEASURED,
+        short="Movement first",
     )
     integration_time: float = parameter(
         0.1,

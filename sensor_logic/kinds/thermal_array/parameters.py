@@ -128,14 +128,14 @@ class ThermalArrayParameters(Parameters):
         "Drift of frames",
         "Standard deviation of a slow error that all pixels have in common",
         unit="K",
-        short="Frames Drift",
+        short="Drift",
     )
     pixel_drift: float = parameter(
         0.0,
         "Drift of pixels",
         "Standard deviation of a slow error of each pixel",
         unit="K",
-        short="Pixels Drift",
+        short="Pixel Drift",
     )
     drift_time: float = parameter(
         5.0,
@@ -149,6 +149,7 @@ class ThermalArrayParameters(Parameters):
         "Fixed pattern",
         "Standard deviation among the pixels of an error that never changes",
         unit="K",
+        short="Pattern",
     )
     offset_sigma: float = parameter(
         0.0,

@@ -152,11 +152,6 @@ BOUNDS["pir"] = (
 )
 UNFELT = "situation in ('walk of something as warm as the room', 'walk, room of 31 °C')"
 BOUNDS["pir_pyroelectric"] = (
-    ("", "people|length", ">= 3", ""),
-    ("people[movement == 'crosses' and metres <= 5]?", "on", ">= 95", "measured: 98.7 to 100 %"),
-    ("people[movement == 'crosses' and preset == 'HC_SR501' and metres > 5]?", "on", "<= 20",
-     "measured: 2.1 %"),
-    ("people[movement == 'walks on the spot' and metres >= 2]", "on", "== 0", "measured: 0"),
     *((f"error[zone_rays == {rays} and rate == {rate}]", "rms", f"<= {most}",
        "error of the peak signal; over 12 walks 4.2 % by the default at 24 Hz")
       for rays, rate, most in ((12, 60, 0.05), (12, 24, 0.075), (48, 60, 0.015), (48, 24, 0.03))),

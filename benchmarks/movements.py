@@ -242,15 +242,3 @@ def trunk_sways(times: Array, spot: Spot) -> BodyPose:
     spine = pose.spine + np.stack([roll, 0 * roll, 0 * roll], -1)
     free = replace(pose.arms, grip=np.zeros((len(times), 2)))
     return replace(pose, spine=spine, arms=free)
-
-
-MOVEMENTS: dict[str, Movement] = {
-    "walks on the spot": walks_on_spot,
-    "crosses": crosses,
-    "sways": sways,
-    "arms as when jogging": jogging_arms,
-    "micro-movements": micro_movements,
-    "stands still": stands_still,
-    "seated still": sits_still,
-    "trunk sways": trunk_sways,
-}

@@ -19,17 +19,12 @@ import numpy as np
 from angen_sensors.angen_addon.runtime.probes import Probes
 from angen_sensors.angen_addon.runtime.sensor_runner import SensorRunner
 from angen_sensors.angen_addon.runtime.time_base import clock_of, evaluated_depsgraph
-from angen_sensors.residents.blender.keys import Curves
-from angen_sensors.residents.blender.person import add_person, body_of
-from angen_sensors.residents.body.solve import channels
 from angen_sensors.sensor_logic.kind import RAYS, WARMTH
 from angen_sensors.sensor_logic.kinds.pir import MotionDetector
-from angen_sensors.sensor_logic.kinds.pir.presets import PRESETS
 from angen_sensors.sensor_logic.kinds.pir.range_scan import PirParameters, RangeScan
 from angen_sensors.sensor_logic.model import Emission, Update
 
-from .common import link, new_scene, open_home, progress, rms, run, sensors_of, spread
-from .movements import MOVEMENTS, Movement, Spot
+from .common import open_home, progress, rms, sensors_of, spread
 from .walkers import FURNITURE, SENSOR, WALKERS, WALLS, Boxes, Walker, passes, ranges_to
 
 Array = np.typing.NDArray[np.float64]
@@ -51,30 +46,6 @@ DENSE_RAYS, DENSE_RATE = 300, 120.0
 ROOM_CELSIUS, ZERO = 20.0, 273.15
 PERSON_CELSIUS, CAT_CELSIUS = 29.0, 27.0
 REST_BEFORE, REST_AFTER = 1.0, 1.5
-# Movements of a person before an HC-SR501 that were measured: distance (m), bearing (degrees),
-# seconds, the trimmer's preset, and the measured share of time that its output was on (%).
-PEOPLE = (
-    ("crosses", 1.0, 0, 20, "HC_SR501", "100"),
-    ("crosses", 4.0, 0, 20, "HC_SR501", "98.8"),
-    ("crosses", 5.0, 0, 30, "HC_SR501", "98.7"),
-    ("crosses", 6.0, 0, 30, "HC_SR501", "2.1"),
-    ("crosses", 5.0, 0, 20, "HC_SR501_MAX", "100"),
-    ("crosses", 7.0, 0, 40, "HC_SR501_MAX", "56.8 ± 18.0"),
-    ("walks on the spot", 1.0, 0, 60, "HC_SR501", "85.2 ± 11.5"),
-    ("walks on the spot", 2.0, 0, 20, "HC_SR501", "0"),
-    ("walks on the spot", 3.0, 0, 20, "HC_SR501", "0"),
-    ("micro-movements", 1.0, 0, 60, "HC_SR501", "51.6 ± 21.7"),
-    ("arms as when jogging", 1.0, 0, 60, "HC_SR501", "23.9"),
-    ("seated still", 2.3, 0, 30, "HC_SR501", "0.22"),
-    ("trunk sways", 1.0, 0, 20, "HC_SR501", "100"),
-    ("trunk sways", 1.0, 45, 20, "HC_SR501", "77.7 ± 38.6"),
-    ("trunk sways", 1.0, 120, 10, "HC_SR501", "0"),
-    ("sways", 3.0, 0, 40, "HC_SR501", "70.6 (12.6 to 100)"),
-    ("sways", 6.0, 0, 30, "HC_SR501", "32 (12 to 51)"),
-)
-PEOPLE_FPS, PEOPLE_ROOM, PEOPLE_SKIN, PEOPLE_HEIGHT = 24, 27.0, 33.5, 0.85
-# s. The begin of each movement is left out, as in the measurements.
-PEOPLE_BEGIN = 5.0
 # Frames of the sample home in which the person walks from the kitchen to the living room.
 FIRST, FRAMES = 600, 48
 
@@ -238,7 +209,6 @@ def _false_alarms(parameters: PirParameters, rate: float, quick: bool) -> float:
 
 def measure_pyroelectric(quick: bool) -> dict[str, Any]:
     return {
-        "people": measured_people(quick),
         "error": _error(6 if quick else 12, quick),
         "cost": _cost(12 if quick else FRAMES, 1 if quick else 3),
         "models": _models(5 if quick else 20),
@@ -260,67 +230,6 @@ def _pass(
         if readings[-1].active:
             latency = min(latency, max(now, 0.0))
     return readings, latency
-
-
-def measured_people(quick: bool) -> list[dict[str, Any]]:
-    """Return, for each row of `PEOPLE`, the simulated share of time with the output on (%)."""
-    rows = []
-    for done, row in enumerate(PEOPLE[5:8] if quick else PEOPLE):
-        movement, metres, bearing, seconds, preset, measured = row
-        progress("pir_pyroelectric", done, len(PEOPLE), f"{movement} at {metres:g} m")
-        active, signals = on_time(movement, metres, bearing, seconds, preset)
-        rows.append({
-            "movement": movement, "metres": metres, "bearing": bearing, "preset": preset,
-            "measured": measured, "on": 100.0 * float(active.mean()),
-            "signal": float(np.abs(signals).max()),
-        })  # fmt: skip
-    return rows
-
-
-def on_time(
-    movement: str, metres: float, bearing: float, seconds: float, preset: str
-) -> tuple[Array, Array]:
-    """Return outputs (n,) and signals (n,) of an HC-SR501 while a resident moves before it.
-
-    The detector is PEOPLE_HEIGHT above the floor, level. `bearing` is in degrees.
-    """
-    count = round(seconds * PEOPLE_FPS)
-    scene = new_scene(PEOPLE_FPS, count)
-    scene.angen_ambient_temperature = PEOPLE_ROOM
-    angle = math.radians(bearing)
-    spot = Spot(metres * math.cos(angle), metres * math.sin(angle), angle + math.pi)
-    move(add_person(scene.collection), MOVEMENTS[movement], spot, count)
-    sensor = link("Detector", None, (0.0, 0.0, PEOPLE_HEIGHT))
-    sensor.rotation_euler = math.pi / 2, 0.0, -math.pi / 2
-    sensor.angen_sensor.kind, sensor.angen_sensor.update_rate = "PIR", PEOPLE_FPS
-    values = next(p.values for p in PRESETS if p.identifier == preset)
-    for name, value in {**values, "warm_up_time": 0.0}.items():
-        setattr(sensor.angen_sensor.pir, name, value)
-    bpy.context.view_layer.update()
-    _, recording = run(scene, sensors_of("PIR"), 1, count)
-    track = recording.tracks["Detector"]
-    late = np.asarray(track.times) >= PEOPLE_BEGIN
-    return np.asarray(track.active)[late], np.asarray(track.columns["signal"])[late]
-
-
-def move(rig: Any, movement: Movement, spot: Spot, count: int) -> None:
-    """Key a movement of a resident for frames 1 … `count`, and warm the resident up.
-
-    Clothes follow the room, and hands and face are a little colder than skin under clothes.
-    """
-    times = np.arange(count) / PEOPLE_FPS
-    rest = {b.name: np.array(b.matrix_local.to_quaternion()) for b in rig.data.bones}
-    rig.rotation_mode = "XYZ"
-    curves = Curves(rig, "Movement")
-    for path, index, values in channels(movement(times, spot), rest):
-        curves.write(path, index, np.arange(count) + 1.0, values)
-    body = body_of(rig)
-    body.angen_warmth.use_temperature = True
-    body.angen_warmth.temperature = PEOPLE_ROOM + 0.45 * (PEOPLE_SKIN - PEOPLE_ROOM)
-    for material in body.data.materials:
-        if any(word in material.name for word in ("skin", "hand", "lips")):
-            material.angen_warmth.use_temperature = True
-            material.angen_warmth.temperature = PEOPLE_SKIN - 0.5
 
 
 def _error(count: int, quick: bool) -> list[dict[str, Any]]:

@@ -420,8 +420,8 @@ ROWS: dict[str, Row] = {
     "U1": (("pulses",), pulses),
     "U3": (("march 1",), pulses),
 }
-# With --quick: a radar's energy, spill, distance and presence, and a motion detector's share.
-QUICK_ROWS = ("E5", "G3", "X5", "M3", "K4", "O3", "Z5", "Y4")
+# With --quick: a radar's energies, spill, distance and presence, and a motion detector's share.
+QUICK_ROWS = ("E5", "F3", "G3", "X5", "D4", "D7", "M3", "K4", "O3", "Z5", "Y4")
 
 
 def simulate(quick: bool) -> dict[str, float]:

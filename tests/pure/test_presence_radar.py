@@ -355,27 +355,45 @@ class OnTheSpot(Scene):
 
 
 class Standing(OnTheSpot):
-    """A scene in which all bodies stand still: their balance moves them by 3 mm/s."""
+    """A scene in which all bodies stand still: their balance moves them by 4 mm/s.
 
-    speed, share = 0.003, ROUND
+    That is a sway of 5 mm at 0.15 Hz, as in benchmarks/movements.py, along rays that rise and fall.
+    """
+
+    speed, share = 0.004, ROUND
 
 
 def walker(distance, breathing=0.005):
-    """Return the scene of a person who walks on the spot; `distance` is of its middle."""
-    return OnTheSpot([Person((0.0, distance, 0.0), breathing=breathing)])
+    """Return the scene of a person who walks on the spot, on a mark at `distance`.
+
+    The front of this round body is 0.12 m before the mark, as that of a resident.
+    """
+    return OnTheSpot([Person((0.0, distance + 0.08, 0.0), breathing=breathing)])
+
+
+def rayleigh_share(distance):
+    """Return the share of updates in which a walker's echo and floor exceed a threshold together.
+
+    All of this body is at one distance, so its gates fade together. The limbs of a resident are at
+    several: tests/blender/test_measured.py has the share that was measured.
+    """
+    known = calibration(part("LD2410"))
+    quiet = part("LD2410", **QUIET, moving_floors="0")
+    echo = energies(run(walker(distance), quiet, updates=2)[-1])[:, 0]
+    over = known.thresholds[0] ** 2 - known.floors[0] ** 2
+    return np.exp(-math.pi / 4.0 * over / np.maximum(echo, 1e-9) ** 2).max()
 
 
 @pytest.mark.parametrize(
-    ("distance", "energy", "moving"),
-    [(1.0, 99.0, 1.0), (2.0, 85.1, 0.98), (5.0, 27.6, 0.78)],
+    ("distance", "energy", "moving"), [(1.0, 99.0, 1.0), (2.0, 85.1, 0.98), (5.0, 27.6, None)]
 )
 def test_walks_on_the_spot_have_the_energies_of_a_measured_module(distance, energy, moving):
-    readings = run(walker(distance), part("LD2410"), updates=300)
+    readings = run(walker(distance), part("LD2410"), updates=600)
     found = np.array([energies(one)[:, 0].max() for one in readings])
     moves = np.array([one.fields["moving"] for one in readings])
     assert found[moves].mean() == pytest.approx(energy, rel=0.1)
-    # This body is cruder than a resident, of whom benchmarks/measured.py has 0.76 at 5 m.
-    assert moves.mean() == pytest.approx(moving, abs=0.22)
+    share = rayleigh_share(distance) if moving is None else moving
+    assert moves.mean() == pytest.approx(share, abs=0.06)
     distances = np.array([one.fields["distance_m"] for one in readings])[moves]
     assert distances.mean() == pytest.approx(distance, rel=0.08)
     assert 0.03 < distances.std() < 0.15, "it is interpolated between gates that fade"
@@ -397,7 +415,7 @@ def test_energies_fade_as_the_sum_of_many_scatterers_without_memory():
 def test_who_stands_still_has_little_movement_near_and_is_present_to_5_m():
     near = run(Standing([Person((0.0, 1.0, 0.0), breathing=0.005)]), part("LD2410"), updates=300)
     moving = np.mean([energies(one)[:, 0] for one in near], axis=0)
-    assert moving[1] == pytest.approx(30.9, abs=7.2) and moving[2] == pytest.approx(25.3, abs=9.0)
+    assert moving[1] == pytest.approx(30.9, abs=7.2) and moving[2] == pytest.approx(25.3, abs=6.0)
     for distance in (1.0, 2.3, 4.0, 5.0):
         scene = Standing([Person((0.0, distance, 0.0), breathing=0.005)])
         readings = run(scene, part("LD2410"), updates=100)

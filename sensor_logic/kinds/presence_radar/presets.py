@@ -37,6 +37,7 @@ _LD2410 = {
     "vertical_fov": math.radians(120.0),
     "range_scale": 1.05,
     "moving_range": 6.0,
+    "moving_energy": 17.4,
     "still_range": 13.0,
     "moving_thresholds": "50 50 40 30 20 15 15 15 15",
     "still_thresholds": "0 0 40 40 30 30 20 20 20",

@@ -31,7 +31,7 @@ PERSON_BREATHING, PERSON_RATE = 0.005, 0.25
 # The shares of the power of a plate of this size that a resident returns, whose front is round, and
 # that a resident who walks on the spot returns as moving. Both are from simulated residents, the
 # second chosen with the measured energy at 5 m in view: it sets the scale of movement.
-ROUND, WALKING = 0.53, 0.2
+ROUND, WALKING = 0.53, 0.27
 # Targets are not nearer than this (m), so that powers are finite.
 NEAREST = 0.01
 # The golden ratio spaces the rows' offsets most evenly.

@@ -4,16 +4,14 @@
 from __future__ import annotations
 
 import csv
-from importlib import import_module
-from typing import Any
 
 import bpy
 import numpy as np
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.commands.command_line import run_command as run
+from day_home import part
 from mathutils import Vector
 
-ADDON = "bl_ext.user_default.angen_sensors"
 ROUTINE = """
 schema = 1
 [person.anna]
@@ -30,10 +28,6 @@ do = ["stand at Spot"]
 person = "bo"
 entries = [{{ at = "01:00", activity = "Rest", until = "23:00" }}]
 """
-
-
-def part(name: str) -> Any:
-    return import_module(f"{ADDON}.{name}")
 
 
 @pytest.fixture

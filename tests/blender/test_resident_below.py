@@ -4,15 +4,14 @@
 from __future__ import annotations
 
 from datetime import date
-from importlib import import_module
 from typing import Any
 
 import bpy
 import numpy as np
 import pytest
+from day_home import part
 from mathutils import Euler, Vector
 
-ADDON = "bl_ext.user_default.angen_sensors"
 ROUTINE = """
 schema = 1
 [person.anna]
@@ -29,10 +28,6 @@ entries = [
   { at = "12:00", activity = "Sleep", until = "23:00" },
 ]
 """
-
-
-def part(name: str) -> Any:
-    return import_module(f"{ADDON}.{name}")
 
 
 @pytest.fixture

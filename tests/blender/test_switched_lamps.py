@@ -4,16 +4,15 @@
 from __future__ import annotations
 
 from datetime import date
-from importlib import import_module
 from types import SimpleNamespace
 from typing import Any
 
 import bpy
 import numpy as np
 import pytest
+from day_home import part
 from mathutils import Vector
 
-ADDON = "bl_ext.user_default.angen_sensors"
 ROUTINE = """
 schema = 1
 [person.anna]
@@ -32,10 +31,6 @@ entries = [
   { at = "00:01", activity = "On", until = "12:00" },
 ]
 """
-
-
-def part(name: str) -> Any:
-    return import_module(f"{ADDON}.{name}")
 
 
 @pytest.fixture

@@ -74,8 +74,8 @@ class Device:
         """Return the frames (n, pixels) in °C with the errors, limits and steps of the device."""
         pixels = frames.shape[1]
         device = updates.device_noise()
-        if parameters.offset_sigma > 0.0:
-            frames = frames + device.normal(0.0, parameters.offset_sigma)
+        # Also drawn where it is not used, so that the pattern does not depend on it.
+        frames = frames + device.normal() * parameters.offset_sigma
         if parameters.fixed_pattern > 0.0 or parameters.drifts:
             pattern, seed = device.normal(size=pixels), int(device.integers(1 << 62))
             frames = frames + parameters.fixed_pattern * pattern

@@ -250,8 +250,8 @@ Place = tuple[int, int]
 class WarmthLeft:
     """The warmth that bodies have left in the surfaces of a scene, since a sensor began to sense.
 
-    A sensor that sees it has one of these as part of its state, and hands it to the scene with each
-    query. So its readings depend on its own updates alone.
+    Each thermal array has a `WarmthLeft` as part of its state, and hands it to the scene with each
+    query. So the readings of an array depend on its own updates alone.
 
     Attributes
     ----------

@@ -116,8 +116,8 @@ class Warmth(MetSurfaces):
 
         `details` is empty, or has the times (k,) of the frames in s and the sensor's `WarmthLeft`.
         """
-        is_left = details and depsgraph.scene_eval.angen_warmth_left and self._bodies
-        if not is_left:
+        sees_prints = details and depsgraph.scene_eval.angen_warmth_left and self._bodies
+        if not sees_prints:
             return super()._see(depsgraph, sensor, bundle, rays, frames)
         found = self._rays.see_at(sensor, bundle, rays, frames)
         return _SeenPrints(self, depsgraph, rays, found, *details).answers(frames)

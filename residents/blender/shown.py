@@ -57,10 +57,9 @@ def show(
         "time": {name: getattr(scene.render, name) for name in TIME},
         "range": ranged,
         "start": scene.angen_start,
-        "recording": scene.angen_recording,
         "owners": [_state_of(owner) for owner in owners] + [_state_of_sky(*sky) for sky in skies],
     }
-    state.CACHE.pinned.add(scene.angen_recording)
+    state.CACHE.set_aside(scene)
     scene.angen_day.before = json.dumps(before)
     scene.angen_day.rests = rests(acted, max(start - AROUND_S, 0.0), end + AROUND_S)
     keys = KeyedStretch(residents, places)
@@ -108,12 +107,7 @@ def leave(scene: Any) -> list[str]:
         setattr(scene.render, name, value)
     # Files of earlier versions have no start.
     scene.angen_start = before.get("start", scene.angen_start)
-    scene.angen_recording = before.get("recording", scene.angen_recording)
-    state.CACHE.pinned.discard(scene.angen_recording)
-    recording = state.CACHE.kept(scene)
-    if recording is not None:
-        # The home's own recording, which is compared with the home once more.
-        recording.unsure = True
+    state.CACHE.take_back(scene)
     wanted = before["range"]
     scene.frame_end, scene.frame_start = wanted["frame_end"], wanted["frame_start"]
     scene.frame_end, scene.use_preview_range = wanted["frame_end"], wanted["use_preview_range"]

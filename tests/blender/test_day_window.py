@@ -97,6 +97,96 @@ def test_leaving_the_day_brings_the_homes_recording_back(scene: Any, addon_part:
     assert cache.recording(scene) is home
 
 
+def simulated(addon_part: Any, scene: Any) -> Any:
+    assert bpy.ops.angen.simulate() == {"FINISHED"}
+    return addon_part("angen_addon.runtime.state").CACHE.recording(scene)
+
+
+def reopened(path: Path) -> Any:
+    bpy.ops.wm.save_as_mainfile(filepath=str(path))
+    bpy.ops.wm.open_mainfile(filepath=str(path))
+    return bpy.context.scene
+
+
+def readings(recording: Any) -> Any:
+    return {name: (list(t.frames), list(t.value)) for name, t in recording.tracks.items()}
+
+
+@pytest.mark.parametrize("saved", ["the day", "its recording", "twice"])
+def test_saving_a_shown_day_keeps_the_homes_recording_and_that_of_the_day(
+    scene: Any, addon_part: Any, tmp_path: Path, saved: str
+) -> None:
+    cache = addon_part("angen_addon.runtime.state").CACHE
+    home, of_day = readings(simulated(addon_part, scene)), None
+    bpy.ops.angen.day_read()
+    bpy.ops.angen.day_show(index=1)
+    if saved != "the day":
+        assert bpy.ops.angen.simulate(frame_end=scene.frame_start + 20) == {"FINISHED"}
+        of_day = readings(cache.recording(scene))
+    for number in range(2 if saved == "twice" else 1):
+        scene = reopened(tmp_path / f"shown{number}.blend")
+    assert (cache.recording(scene) is None) == (of_day is None)
+    assert of_day is None or readings(cache.recording(scene)) == of_day
+    assert bpy.ops.angen.day_leave() == {"FINISHED"}
+    scene.frame_set(20)
+    assert readings(cache.recording(scene)) == home
+    # Saved and opened once more, the file has the home's recording alone.
+    scene = reopened(tmp_path / "left.blend")
+    scene.frame_set(20)
+    assert readings(cache.recording(scene)) == home
+
+
+def test_the_homes_recording_is_kept_aside_and_not_called_stale(
+    scene: Any, addon_part: Any
+) -> None:
+    simulated(addon_part, scene)
+    bpy.ops.angen.day_read()
+    bpy.ops.angen.day_show(index=1)
+    aside = "Kept aside: frames 1 to 48 of the home"
+    for _ in range(2):
+        told = drawn("ANGEN_PT_simulation").labels
+        assert aside in told and not any("stale" in text for text in told)
+        # Also beside the recording of the shown activity.
+        assert bpy.ops.angen.simulate(frame_end=scene.frame_start + 20) == {"FINISHED"}
+    assert bpy.ops.angen.clear_recording() == {"FINISHED"}
+    assert aside in drawn("ANGEN_PT_simulation").labels
+    bpy.ops.angen.day_leave()
+    told = drawn("ANGEN_PT_simulation").labels
+    assert "Recorded: frames 1 to 48" in told and aside not in told
+
+
+def test_undo_and_redo_of_a_shown_day_keep_both_recordings(scene: Any, addon_part: Any) -> None:
+    cache = addon_part("angen_addon.runtime.state").CACHE
+    home = simulated(addon_part, scene)
+    bpy.ops.angen.day_read()
+    bpy.ops.ed.undo_push(message="read")
+    bpy.ops.angen.day_show(index=1)
+    bpy.ops.ed.undo_push(message="shown")
+    bpy.ops.angen.day_leave()
+    bpy.ops.ed.undo_push(message="left")
+    bpy.ops.ed.undo()
+    assert bpy.context.scene.angen_day.before
+    # Later recordings do not push out the home's.
+    for number in range(6):
+        begin = bpy.context.scene.frame_start + 20 * number
+        bpy.ops.angen.simulate(frame_start=begin, frame_end=begin + 5)
+    bpy.ops.angen.day_leave()
+    bpy.context.scene.frame_set(20)
+    assert cache.recording(bpy.context.scene) is home
+
+
+def test_without_a_recording_of_the_home_none_is_there_afterwards(
+    scene: Any, addon_part: Any
+) -> None:
+    cache = addon_part("angen_addon.runtime.state").CACHE
+    bpy.ops.angen.day_read()
+    bpy.ops.angen.day_show(index=1)
+    bpy.ops.angen.simulate(frame_end=scene.frame_start + 20)
+    assert not any("aside" in text for text in drawn("ANGEN_PT_simulation").labels)
+    bpy.ops.angen.day_leave()
+    assert cache.kept(scene) is None
+
+
 def test_leaving_the_day_restores_all_but_what_was_changed_meanwhile(scene: Any) -> None:
     before = state(scene)
     bpy.ops.angen.day_read()

@@ -187,16 +187,97 @@ def test_without_a_recording_of_the_home_none_is_there_afterwards(
     assert cache.kept(scene) is None
 
 
-def test_leaving_the_day_restores_all_but_what_was_changed_meanwhile(scene: Any) -> None:
-    before = state(scene)
+def rename(collection: Any, name: str) -> None:
+    collection[name].name = f"{name} of the hall"
+
+
+RENAMED = {
+    "a door": lambda: rename(bpy.data.objects, "Door"),
+    "two objects with each other's names": lambda: swap(bpy.data.objects, "Door", "Fan"),
+    "a lamp": lambda: rename(bpy.data.objects, "Lamp"),
+    "the light of a lamp": lambda: rename(bpy.data.lights, "Lamp"),
+    "a resident": lambda: rename(bpy.data.objects, "Adult"),
+    "the home's own action": lambda: rename(bpy.data.actions, "FanAction"),
+    "the day's action": lambda: rename(bpy.data.actions, "Day Door"),
+    "a bone": lambda: rename(bpy.data.objects["Adult"].data.bones, "chest"),
+}
+
+
+def swap(collection: Any, one: str, other: str) -> None:
+    first, second = collection[one], collection[other]
+    first.name, second.name = "x", one
+    first.name = other
+
+
+@pytest.mark.parametrize("saved", [False, True], ids=["", "saved"])
+@pytest.mark.parametrize("renamed", RENAMED)
+def test_what_is_renamed_while_a_day_is_shown_is_restored(
+    scene: Any, tmp_path: Path, renamed: str, saved: bool
+) -> None:
+    """Objects are known by identity, also after saving."""
+    def objects() -> list[Any]:
+        rig = bpy.data.objects["Adult"]
+        found = [bpy.data.objects[name] for name in ("Door", "Fan", "Adult", "Adult body")]
+        return [*found, *rig.pose.bones]
+
+    def names() -> list[str]:
+        bones = [bone.name for bone in bpy.data.objects["Adult"].pose.bones]
+        return ["Door", "Fan", "Adult", "Adult body", *bones]
+
+    before, wanted, count = state(scene), names(), len(bpy.data.actions)
+    bpy.data.objects["Fan"].animation_data.action.name = "FanAction"
     bpy.ops.angen.day_read()
     bpy.ops.angen.day_show(index=1)
-    bpy.data.objects["Adult"].data.bones["chest"].name = "Chest2"
-    assert bpy.ops.angen.day_leave() == {"FINISHED"}
-    assert not scene.angen_day.before
-    bpy.data.objects["Adult"].data.bones["Chest2"].name = "chest"
-    bpy.data.objects["Adult"].pose.bones["chest"].matrix_basis.identity()
+    scene.frame_set(scene.frame_start + 40)
+    assert not np.allclose(state(scene), before, atol=1e-3)
+    RENAMED[renamed]()
+    if saved:
+        scene = reopened(tmp_path / "renamed.blend")
+    bpy.ops.angen.day_leave()
+    scene.frame_set(20)
+    # Back to the names, by the same changes.
+    for collection in (bpy.data.objects, bpy.data.lights, bpy.data.actions,
+                       *(armature.bones for armature in bpy.data.armatures)):
+        for one in collection:
+            one.name = one.name.removesuffix(" of the hall")
+    if renamed.startswith("two"):
+        RENAMED[renamed]()
+    assert names() == wanted and len(objects()) == len(wanted)
     assert np.allclose(state(scene), before, atol=1e-6)
+    assert len(bpy.data.actions) == count
+    assert bpy.data.objects["Fan"].animation_data.action.name == "FanAction"
+    assert all(o.animation_data is None for o in (bpy.data.objects["Door"], bpy.data.lights["Lamp"]))
+
+
+def test_a_copy_made_while_a_day_is_shown_stays_where_it_was_made(scene: Any) -> None:
+    bpy.ops.angen.day_read()
+    bpy.ops.angen.day_show(index=1)
+    scene.frame_set(scene.frame_start + 40)
+    door, copy = bpy.data.objects["Door"], bpy.data.objects["Door"].copy()
+    scene.collection.objects.link(copy)
+    copy.animation_data.action = door.animation_data.action.copy()
+    own = bpy.data.objects["Fan"]
+    own.keyframe_insert("scale", frame=scene.frame_current)
+    place = copy.matrix_basis.copy()
+    assert bpy.ops.angen.day_leave() == {"FINISHED"}
+    for frame in (1, 30):
+        scene.frame_set(frame)
+        assert copy.matrix_basis == place
+    assert not [action for action in bpy.data.actions if action.name.startswith("Day")]
+
+
+def test_leaving_the_day_names_what_cannot_be_restored(scene: Any) -> None:
+    bpy.ops.angen.day_read()
+    bpy.ops.angen.day_show(index=1)
+    rig = bpy.data.objects["Adult"]
+    bpy.context.view_layer.objects.active = rig
+    bpy.ops.object.mode_set(mode="EDIT")
+    rig.data.edit_bones.remove(rig.data.edit_bones["head"])
+    bpy.ops.object.mode_set(mode="OBJECT")
+    bpy.data.objects.remove(bpy.data.objects["Fan"])
+    assert bpy.ops.angen.day_leave() == {"FINISHED"}
+    assert not scene.angen_day.before and not scene.angen_day.earlier
+    assert bpy.data.objects["Door"].animation_data is None
 
 
 @pytest.mark.parametrize("day", ["0001-01-01", "9999-12-30", "9999-12-31"])

@@ -11,10 +11,8 @@ import weakref
 from collections.abc import Iterable, Iterator
 from typing import Any, Protocol
 
-import bpy
-
 from ...sensor_logic.recording.tracks import Recording
-from ..recording.followed_map import FollowedMap
+from ..recording.followed_map import FollowedMap, FollowedResult
 from ..recording.references import LightReferences
 from ..recording.stored_recording import StoredRecording
 from ..scene.animation import all_animated, curves
@@ -97,6 +95,8 @@ def _driver_targets() -> Iterator[Any]:
 UNDONE, UNDONE_BYTES = 4, 1 << 28
 # The number that a scene stores in place of its recording's mark, once the recording was cleared.
 CLEARED = -1
+# The results other than recordings that edits can make stale. Residents add theirs.
+FOLLOWED: list[type[FollowedResult]] = [FollowedMap]
 
 
 class Listener(Protocol):
@@ -160,8 +160,8 @@ class Cache:
         # The revision of the look-up, and whether drivers read outputs.
         self._driven = -1, False
         self._kept: dict[int, dict[int, StoredRecording]] = {}
-        # The coverage maps, by the session uid of their scenes.
-        self._maps: dict[int, FollowedMap] = {}
+        # Results other than recordings, by the session uid of their scene and by their class.
+        self._results: dict[tuple[int, type[FollowedResult]], FollowedResult] = {}
         self._listeners: weakref.WeakSet[Listener] = weakref.WeakSet()
         self.references = LightReferences()
 
@@ -249,32 +249,33 @@ class Cache:
         if kept is not None:
             kept.unsure = True
 
-    def coverage_map(self, scene: Any) -> FollowedMap | None:
-        """Return the fingerprint of the scene that the coverage map shows; None without a map."""
-        text = FollowedMap.stored_text(scene)
+    def result(self, scene: Any, kind: type[FollowedResult]) -> FollowedResult | None:
+        """Return the fingerprint of the scene that a result shows; None without such a result."""
+        text = kind.stored_text(scene)
         if not text:
             return None
-        found = self._maps.get(scene.session_uid)
+        found = self._results.get((scene.session_uid, kind))
         if found is None or found.stored != text:
-            # Another map: undo, a new file, or a proposal that was discarded.
-            found = self._maps[scene.session_uid] = FollowedMap.read(text)
+            # Another result: undo, a new file, or a proposal that was discarded.
+            found = self._results[scene.session_uid, kind] = kind.read(text)
         return found
 
-    def note_map(self, scene: Any, depsgraph: Any) -> None:
-        """Remember that the coverage map was computed from the scene as it is now.
+    def note_result(self, scene: Any, depsgraph: Any, kind: type[FollowedResult]) -> None:
+        """Remember that a result was computed from the scene as it is now.
 
         For this, store a fingerprint of the scene: later edits are compared with it.
         """
-        self._maps[scene.session_uid] = FollowedMap.note(scene, depsgraph)
+        self._results[scene.session_uid, kind] = kind.note(scene, depsgraph)
 
     def followed(self, scene: Any) -> list[StoredRecording]:
-        """Return the last recording and the coverage map of a scene, which edits can make stale."""
-        return [found for found in (self.kept(scene), self.coverage_map(scene)) if found]
+        """Return the last recording and the results of a scene, which edits can make stale."""
+        results = (self.result(scene, kind) for kind in FOLLOWED)
+        return [found for found in (self.kept(scene), *results) if found]
 
     def _all_followed(self) -> list[tuple[int, StoredRecording]]:
-        """Return all recordings and coverage maps, each with the session uid of its scene."""
+        """Return all recordings and other results, each with the session uid of its scene."""
         runs = ((uid, kept) for uid, made in self._kept.items() for kept in made.values())
-        return [*runs, *self._maps.items()]
+        return [*runs, *((uid, found) for (uid, _), found in self._results.items())]
 
     def keep(self, scene: Any, kept: StoredRecording) -> None:
         """Make `kept` the last recording of a scene; undo restores the former one."""
@@ -348,7 +349,7 @@ class Cache:
         """Empty the cache, because another file opens."""
         self.forget_references()
         self._kept.clear()
-        self._maps.clear()
+        self._results.clear()
         self.references = LightReferences()
         self.lacks = []
         self.notice = ""

@@ -137,6 +137,10 @@ class AngenDay(PropertyGroup):
     # The frames of the shown stretch in which nothing moves (still.py).
     rests: StringProperty(options={"HIDDEN"})
     told: StringProperty(options={"HIDDEN"})
+    # The list's own number, the settings with which it was read, and the home's fingerprint.
+    mark: IntProperty(options={"HIDDEN"})
+    read_with: StringProperty(options={"HIDDEN"})
+    followed: StringProperty(options={"HIDDEN"})
     before: StringProperty(options={"HIDDEN"})
     earlier: CollectionProperty(type=AngenEarlier)
     lent: CollectionProperty(type=AngenLent)

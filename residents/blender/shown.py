@@ -19,7 +19,8 @@ from ...angen_addon.scene.light.scene import take_begins
 from ..acting.places import Places
 from ..acting.timeline import Acted
 from ..days.rows import FPS, frame_at, time_at
-from .daylight import Daylight
+from .daylight import Daylight, site_values
+from .followed_day import note_home
 from .keys import DAY_MARK, MOVED, KeyedStretch
 from .lamps import Lent, give_back, lights_of
 from .person import body_of
@@ -56,6 +57,8 @@ def show(
         "time": {name: getattr(scene.render, name) for name in TIME},
         "range": ranged,
         "start": scene.angen_start,
+        "followed": scene.angen_day.followed,
+        "site": site_values(scene),
     }
     state.CACHE.set_aside(scene)
     scene.angen_day.before = json.dumps(before)
@@ -83,6 +86,13 @@ def show(
     whole = begin.microsecond == 0
     scene.angen_start = begin.isoformat(timespec="seconds" if whole else "milliseconds")
     scene.frame_set(frame_at(start))
+    if scene.angen_day.followed:
+        note_home(scene)
+
+
+def has_its_light(scene: Any) -> bool:
+    """Return whether the shown activity has the light of the home's present place on Earth."""
+    return bool(json.loads(scene.angen_day.before).get("site") == site_values(scene))
 
 
 def leave(scene: Any) -> list[str]:
@@ -97,7 +107,7 @@ def leave(scene: Any) -> list[str]:
     before = json.loads(day.before)
     lent = [Lent(*(getattr(one, name) for name in Lent._fields)) for one in day.lent]
     earlier = [(one.owner, one.of_data, one.action, json.loads(one.values)) for one in day.earlier]
-    day.before = ""
+    day.before, day.followed = "", before.get("followed", "")
     # The pointers count as users.
     day.lent.clear()
     day.earlier.clear()

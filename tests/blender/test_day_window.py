@@ -187,6 +187,173 @@ def test_without_a_recording_of_the_home_none_is_there_afterwards(
     assert cache.kept(scene) is None
 
 
+def move(name: str) -> None:
+    bpy.data.objects[name].location.x += 0.25
+
+
+def edit(obj: Any, group: str, **values: Any) -> None:
+    """Change settings as panels do, which tag the object."""
+    for name, value in values.items():
+        setattr(getattr(obj, group), name, value)
+    obj.update_tag()
+
+
+def reset(name: str, value: Any) -> None:
+    setattr(bpy.context.scene.angen_day, name, value)
+
+
+CHANGED = {
+    "seed": (lambda: reset("seed", 5), "Seed"),
+    "date": (lambda: reset("date", "2026-03-03"), "First Day"),
+    "day": (lambda: reset("number", 2), "Day"),
+    "routine": (lambda: bpy.data.texts["week.toml"].write("# more"), "Routine"),
+    "no routine": (lambda: reset("text", None), "Routine"),
+    "furniture": (lambda: move("Seat"), "'Seat'"),
+    "place": (lambda: edit(bpy.data.objects["Bed"], "angen_place", use="NONE"), "'Bed'"),
+    "wall": (
+        lambda: bpy.data.objects.remove(bpy.data.objects["wall 3"]),
+        "'wall 3' (gone), 'mesh.003' (gone)",
+    ),
+    "resident": (lambda: edit(bpy.data.objects["Adult"], "angen_resident", speed=0.5), "'Adult'"),
+}
+
+
+def list_lines() -> list[str]:
+    return [text for text in drawn("ANGEN_PT_day").labels if "stale" in text]
+
+
+@pytest.mark.parametrize("is_shown", [False, True], ids=["", "shown"])
+@pytest.mark.parametrize("name", CHANGED)
+def test_a_list_of_other_settings_or_of_another_home_is_stale(
+    scene: Any, name: str, is_shown: bool
+) -> None:
+    """The panel says why, and a click shows no other day than the panel names."""
+    bpy.ops.angen.day_read()
+    if is_shown:
+        bpy.ops.angen.day_show(index=1)
+    bpy.context.view_layer.update()
+    assert list_lines() == [] and bpy.ops.angen.day_show.poll()
+    before = state(scene)
+    make, what = CHANGED[name]
+    make()
+    bpy.context.view_layer.update()
+    told = " ".join(drawn("ANGEN_PT_day").labels)
+    assert f"The list is stale, changed since: {what}. Read Day again" in told
+    for show, given in ((bpy.ops.angen.day_show, {"index": 2}), (bpy.ops.angen.day_go, {})):
+        with pytest.raises(RuntimeError, match=f"stale, changed since: .*{what.split(' (')[0]}"):
+            show(**given)
+    if is_shown:
+        bpy.ops.angen.day_leave()
+        bpy.context.view_layer.update()
+        assert what in " ".join(drawn("ANGEN_PT_day").labels)
+    elif name != "wall":
+        assert np.allclose(state(scene), before, atol=1e-6)
+
+
+@pytest.mark.parametrize("is_shown", [False, True], ids=["", "shown"])
+def test_what_does_not_change_the_day_leaves_the_list_fresh(
+    scene: Any, world: Any, is_shown: bool
+) -> None:
+    bpy.ops.angen.day_read()
+    if is_shown:
+        bpy.ops.angen.day_show(index=1)
+    world.pir("new").location = (1, 1, 2)
+    bpy.data.objects["PIR left"].location.z += 0.1
+    bpy.data.objects["PIR right"].name = "Hall"
+    scene.angen_seed, scene.angen_day.time, scene.angen_day.out = 3, "08:00", "out"
+    world.link("Camera", bpy.data.cameras.new("Camera"))
+    bpy.data.lights["Lamp"].color = (1.0, 0.5, 0.5)
+    bpy.ops.angen.simulate(frame_end=scene.frame_start + 5)
+    scene.frame_set(scene.frame_start + 7)
+    bpy.context.view_layer.update()
+    assert list_lines() == []
+    assert bpy.ops.angen.day_show(index=2) == {"FINISHED"}
+    assert bpy.ops.angen.day_leave() == {"FINISHED"}
+    bpy.context.view_layer.update()
+    assert list_lines() == []
+
+
+def test_a_change_taken_back_makes_the_list_fresh_again(scene: Any, tmp_path: Path) -> None:
+    bpy.ops.angen.day_read()
+    bpy.ops.angen.day_show(index=1)
+    scene.angen_day.seed = 5
+    assert list_lines()
+    scene.angen_day.seed = 1
+    assert list_lines() == []
+    move("Seat")
+    bpy.context.view_layer.update()
+    assert list_lines()
+    # After saving, the list is stale still.
+    scene = reopened(tmp_path / "moved.blend")
+    bpy.context.view_layer.update()
+    assert list_lines() and not bpy.ops.angen.day_show.poll()
+    bpy.data.objects["Seat"].location.x -= 0.25
+    bpy.context.view_layer.update()
+    assert list_lines() == []
+    assert bpy.ops.angen.day_show(index=2) == {"FINISHED"}
+    # What was read anew is fresh, and Undo brings the former list back.
+    bpy.ops.angen.day_leave()
+    bpy.ops.ed.undo_push(message="left")
+    scene.angen_day.seed = 5
+    bpy.ops.ed.undo_push(message="seed")
+    bpy.ops.angen.day_read()
+    bpy.ops.ed.undo_push(message="read")
+    assert list_lines() == []
+    first = [item.start for item in scene.angen_day.done]
+    bpy.ops.ed.undo()
+    assert list_lines() and [i.start for i in bpy.context.scene.angen_day.done] != first
+    bpy.ops.ed.undo()
+    assert list_lines() == []
+    bpy.ops.angen.day_show(index=1)
+    scene = bpy.context.scene
+    assert scene.frame_current == pytest.approx(1 + 10 * scene.angen_day.done[1].start, abs=1)
+
+
+def test_a_routine_file_edited_on_disk_makes_the_list_stale(scene: Any, lived_home: Path) -> None:
+    path = lived_home.parent / "week.toml"
+    scene.angen_day.text, scene.angen_day.routine = None, "//week.toml"
+    bpy.ops.angen.day_read()
+    assert list_lines() == []
+    path.write_text(ROUTINE.replace("90 min", "95 min"), encoding="utf-8")
+    assert "Routine" in " ".join(drawn("ANGEN_PT_day").labels)
+    assert not bpy.ops.angen.day_go.poll()
+    bpy.ops.angen.day_read()
+    assert list_lines() == []
+    path.unlink()
+    assert list_lines()
+
+
+def test_esc_while_a_changed_home_is_read_leaves_the_list_stale(
+    scene: Any, addon_part: Any
+) -> None:
+    bpy.ops.angen.day_read()
+    bpy.ops.angen.day_show(index=1)
+    bpy.data.objects["Seat"].location.x += 0.25
+    bpy.context.view_layer.update()
+    work = addon_part("residents.operators.day").ANGEN_OT_day_read._begin(None, bpy.context)
+    next(work)
+    with pytest.raises(addon_part("angen_addon.progress").Enough):
+        work.throw(addon_part("angen_addon.progress").Enough)
+    scene.frame_set(scene.frame_current + 1)
+    assert scene.angen_day.before and list_lines()
+
+
+def test_another_place_on_earth_gives_the_shown_activity_its_light(scene: Any, world: Any) -> None:
+    sun = world.link("Sun", bpy.data.lights.new("Sun", "SUN"))
+    sun.data.energy, sun.rotation_euler = 2.0, (math.radians(60), 0, 0)
+    world.sensor("LIGHT", "lux", method="ILLUMINANCE", samples=1).location = (1.5, 3.0, 1.0)
+    site = scene.angen_site
+    site.latitude, site.longitude, site.utc_offset = math.radians(59), math.radians(18), 1
+    bpy.ops.angen.day_read()
+    bpy.ops.angen.day_show(index=1)
+    north = sun.data.energy
+    site.latitude = math.radians(0)
+    assert bpy.ops.angen.day_show(index=1) == {"FINISHED"}
+    assert sun.data.energy > 1.2 * north
+    bpy.ops.angen.day_leave()
+    assert sun.data.energy == 2.0
+
+
 def rename(collection: Any, name: str) -> None:
     collection[name].name = f"{name} of the hall"
 
@@ -215,6 +382,7 @@ def test_what_is_renamed_while_a_day_is_shown_is_restored(
     scene: Any, tmp_path: Path, renamed: str, saved: bool
 ) -> None:
     """Objects are known by identity, also after saving."""
+
     def objects() -> list[Any]:
         rig = bpy.data.objects["Adult"]
         found = [bpy.data.objects[name] for name in ("Door", "Fan", "Adult", "Adult body")]
@@ -236,8 +404,12 @@ def test_what_is_renamed_while_a_day_is_shown_is_restored(
     bpy.ops.angen.day_leave()
     scene.frame_set(20)
     # Back to the names, by the same changes.
-    for collection in (bpy.data.objects, bpy.data.lights, bpy.data.actions,
-                       *(armature.bones for armature in bpy.data.armatures)):
+    for collection in (
+        bpy.data.objects,
+        bpy.data.lights,
+        bpy.data.actions,
+        *(armature.bones for armature in bpy.data.armatures),
+    ):
         for one in collection:
             one.name = one.name.removesuffix(" of the hall")
     if renamed.startswith("two"):
@@ -246,7 +418,8 @@ def test_what_is_renamed_while_a_day_is_shown_is_restored(
     assert np.allclose(state(scene), before, atol=1e-6)
     assert len(bpy.data.actions) == count
     assert bpy.data.objects["Fan"].animation_data.action.name == "FanAction"
-    assert all(o.animation_data is None for o in (bpy.data.objects["Door"], bpy.data.lights["Lamp"]))
+    moved = bpy.data.objects["Door"], bpy.data.lights["Lamp"]
+    assert all(one.animation_data is None for one in moved)
 
 
 def test_a_copy_made_while_a_day_is_shown_stays_where_it_was_made(scene: Any) -> None:

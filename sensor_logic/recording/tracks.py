@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterable
+from copy import copy
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any
@@ -85,6 +86,12 @@ class Track:
                 missing = _missing(column)
                 values = [missing if value is None else value for value in values]
             column.extend(values)
+
+    def renamed(self, sensor: str) -> Track:
+        """Return a track with the same readings, of a sensor that is called `sensor` now."""
+        track = copy(self)
+        track.sensor = sensor
+        return track
 
     def __len__(self) -> int:
         return len(self.frames)

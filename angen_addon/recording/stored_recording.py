@@ -18,6 +18,7 @@ from ...sensor_logic.kind import LIGHT, Kind
 from ...sensor_logic.kinds import KINDS
 from ...sensor_logic.recording.tracks import Recording
 from ...sensor_logic.wording import listed
+from ..scene.animation import is_off_keys
 from ..scene.changes import (
     SCENE,
     SHOWN,
@@ -195,8 +196,14 @@ class StoredRecording:
             if follows or not isinstance(original, bpy.types.Object) or update is None:
                 continue
             moved = update.is_updated_transform or update.is_updated_geometry
-            if moved and original.animation_data is not None:
+            off = is_off_keys(original, scene) if moved else False
+            # When collections are shown or hidden, Blender reports all that is animated.
+            if off is None:
+                off = not depsgraph.id_type_updated("COLLECTION")
+            if off:
                 self._moved[key_of(original)] = f"'{original.name}'"
+            elif moved:
+                self._moved.pop(key_of(original), None)
 
     def note_other_scene(self, depsgraph: Any) -> None:
         """Check updates in another scene, which may share datablocks with the recording's scene.

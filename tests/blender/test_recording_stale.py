@@ -326,6 +326,58 @@ def test_every_setting_of_the_scene_makes_it_stale_or_is_known_not_to(home):
         del bpy.types.Scene.angen_brand_new
 
 
+SWITCHED = {
+    "excluded": lambda layer, on: setattr(layer, "exclude", on),
+    "eye": lambda layer, on: setattr(layer, "hide_viewport", on),
+    "monitor": lambda layer, on: setattr(layer.collection, "hide_viewport", on),
+}
+
+
+@pytest.mark.parametrize("members", ["shelf", "door", "Front door", "lamp"])
+@pytest.mark.parametrize("how", SWITCHED)
+def test_a_collection_unticked_and_ticked_again_leaves_it_fresh(home, how, members):
+    """Blender then reports all that is animated as moved."""
+    made, strips = bpy.data.collections.new("part"), home.box((1, 1, 1), (0, 9, 0), "strips")
+    home.scene.collection.children.link(made)
+    home.scene.collection.objects.unlink(named(members))
+    made.objects.link(named(members))
+    home.key(strips, "location", {1: (0, 9, 0), 40: (0, 12, 0)})
+    data = strips.animation_data
+    data.nla_tracks.new().strips.new("strip", 1, data.action)
+    data.action = None
+    home.scene.render.frame_map_old, home.scene.render.frame_map_new = 100, 200
+    home.scene.frame_set(13)
+    ops.simulate()
+    home.scene.frame_set(20, subframe=0.5)
+    layer = bpy.context.view_layer.layer_collection.children["part"]
+    for _ in range(2):
+        SWITCHED[how](layer, True)
+        home.update()
+        assert stale()
+        SWITCHED[how](layer, False)
+        home.update()
+        assert stale() == ""
+
+
+@pytest.mark.parametrize("name", ["door", "flag"])
+def test_something_animated_that_was_moved_and_moved_back_leaves_it_fresh(home, name):
+    rig = home.rig("bone", (0, 0, 1), (0, 12, 0))
+    rig.name = "flag"
+    home.key(rig, 'pose.bones["bone"].location', {1: (0, 0, 0), 40: (0, 3, 0)})
+    home.key(named("door"), "rotation_euler", {1: (0, 0, 0), 40: (0, 0, 1)})
+    home.scene.frame_set(20)
+    ops.simulate()
+    part = named(name).pose.bones["bone"] if name == "flag" else named(name)
+    where = part.location.copy()
+    for _ in range(2):
+        part.location.x += 0.5
+        home.update()
+        assert stale() == f"changed since: '{name}'"
+        part.location = where
+        home.update()
+        assert stale() == ""
+
+
 def test_something_animated_that_was_moved_is_back_at_the_next_frame(home):
     move(named("door"))
     home.update()

@@ -339,9 +339,10 @@ def hanging_in_the_air(home: Examined) -> Iterator[Found]:
 
 
 def caches(home: Examined) -> Iterator[Found]:
-    """Yield a finding if the rigid-body cache is too short, or older than the last edit."""
+    """Yield findings of a rigid-body cache that is too short or old, and of late releases."""
     if home.requiring(FORCES):
         yield from filter(None, (advice.short_cache(home.scene), advice.outdated_cache(home.scene)))
+    yield from filter(None, [advice.late_releases(home.scene)])
 
 
 # Checks of the light on light sensors.

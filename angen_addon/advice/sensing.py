@@ -212,8 +212,8 @@ def late_releases(scene: Any) -> Advice | None:
     if not late:
         return None
     return Advice(
-        f"Now and then Blender lets {named(late)} go a frame late: keyframes of Animated or Dynamic "
-        "alone do not wait for each other",
+        f"Now and then Blender lets {named(late)} go a frame late, since its physics do not wait "
+        "for keyframes of Animated or Dynamic alone",
         "Insert a keyframe of its location at its first frame too",
     )
 

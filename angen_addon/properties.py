@@ -357,6 +357,11 @@ SCENE = {
         description="Identifier of the present recording, so that undo restores an earlier one",
         options={"HIDDEN"},
     ),
+    "angen_recording_aside": IntProperty(
+        name="Recording Aside",
+        description="Identifier of the home's recording, while residents' day is shown",
+        options={"HIDDEN"},
+    ),
 }
 KIND_GROUPS = {
     kind.attribute: _group_of(f"Angen{kind.parameters.__name__}", kind.parameters)

@@ -104,7 +104,7 @@ def draw_lacking(layout: UILayout) -> None:
 
 
 def draw_recording(layout: UILayout, scene: Scene, sensors: Sequence[Sensor]) -> None:
-    """Draw whether there is a recording, and whether the scene was edited since."""
+    """Draw whether there is a recording, whether it is stale, and whether one is kept aside."""
     kept = state.CACHE.kept(scene)
     values = "live values" if scene.angen_live else "no values, as Live is off"
     if state.CACHE.running:
@@ -128,6 +128,10 @@ def draw_recording(layout: UILayout, scene: Scene, sensors: Sequence[Sensor]) ->
             layout.label(text=f"Made in Blender {version_text(kept.made_in)}", icon="INFO")
         if not recording.covers(scene.frame_current + scene.frame_subframe):
             layout.label(text=f"This frame is not recorded: {values}", icon="INFO")
+    aside = state.CACHE.kept_aside(scene)
+    if aside is not None:
+        begin, end = aside.recording.frame_start, aside.recording.frame_end
+        layout.label(text=f"Kept aside: frames {begin} to {end} of the home", icon="INFO")
     if state.CACHE.notice:
         draw_lines(layout, state.CACHE.notice, "ERROR")
 

@@ -277,7 +277,7 @@ def keep(scene: Any, coverage: CoverageMap) -> None:
         "frame": scene.frame_current,
         "settings": _settings(scene),
     }
-    state.CACHE.note_map(scene, bpy.context.evaluated_depsgraph_get())
+    state.CACHE.note_result(scene, bpy.context.evaluated_depsgraph_get(), FollowedMap)
     scene[KEY] = json.dumps(facts)
 
 
@@ -306,7 +306,7 @@ def why_stale(scene: Any) -> str:
     found = summary(scene)
     if found is None:
         return ""
-    followed = state.CACHE.coverage_map(scene)
+    followed = state.CACHE.result(scene, FollowedMap)
     if followed is None:
         return "it was made by an earlier version of Ängen Sensors"
     if followed.stale:

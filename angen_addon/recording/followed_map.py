@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The check whether a coverage map is stale, which works as for a recording."""
+"""The check whether a coverage map or the like is stale, which works as for a recording."""
 
 from __future__ import annotations
 
@@ -15,41 +15,49 @@ from ..scene.marks import COVERAGE_MARK
 from ..scene.sensors import Sensor, unit_scale
 from .stored_recording import THIS_BLENDER, StoredRecording
 
-# m: sensors that are smaller than this hide no floor, so that the map does not depend on them.
+# m: sensors that are smaller than this hide no floor and bar no way.
 SMALL_M = 0.5
 # Stands for the FACTS_VERSION of a text that cannot be read.
 NONE_MEASURED = -1
 
 
-class FollowedMap(StoredRecording):
-    """The fingerprint of the scene for which a coverage map was computed.
+class FollowedResult(StoredRecording):
+    """The fingerprint of the scene for which a result, such as a coverage map, was computed.
 
-    It leaves out data on which the map does not depend: most settings of the scene, and small
-    sensors that are not motion detectors. The scene stores the fingerprint as a text, so that undo
-    and saving keep it.
+    It leaves out data on which the result does not depend: most settings of the scene, and small
+    sensors. The scene stores the fingerprint as a text, so that undo and saving keep it.
     """
-
-    KEY = f"{COVERAGE_MARK}_followed"
 
     @staticmethod
     def stored_text(scene: Any) -> str:
-        """Return the fingerprint that the scene stores, as a text; empty without a map."""
-        return str(scene.get(FollowedMap.KEY, ""))
+        """Return the fingerprint that the scene stores, as a text; empty without a result."""
+        raise NotImplementedError
+
+    @staticmethod
+    def store_text(scene: Any, text: str) -> None:
+        """Store a fingerprint as a text in the scene."""
+        raise NotImplementedError
+
+    @staticmethod
+    def counts(sensor: Any) -> bool:
+        """Return whether the result depends on a small sensor, given as an object."""
+        raise NotImplementedError
 
     @classmethod
-    def note(cls, scene: Any, depsgraph: Any) -> FollowedMap:
+    def note(cls, scene: Any, depsgraph: Any) -> FollowedResult:
         """Compute the fingerprint of the present scene, store it in the scene, and return it.
 
-        Call this method when a map was made.
+        Call this method when a result was made.
         """
         made = cls(Recording(), Fingerprint(depsgraph.view_layer.name, light=False))
         made.fingerprint = made._fingerprint_now(scene, depsgraph)
         header = [FACTS_VERSION, *THIS_BLENDER], depsgraph.view_layer.name
-        made.stored = scene[cls.KEY] = json.dumps([*header, made.fingerprint.digests])
+        made.stored = json.dumps([*header, made.fingerprint.digests])
+        cls.store_text(scene, made.stored)
         return made
 
     @classmethod
-    def read(cls, text: str) -> FollowedMap:
+    def read(cls, text: str) -> FollowedResult:
         """Return the fingerprint in a text that `note` has stored.
 
         If the text is damaged, return a fingerprint that counts as stale.
@@ -66,7 +74,7 @@ class FollowedMap(StoredRecording):
     def _fingerprint_now(self, scene: Any, depsgraph: Any) -> Fingerprint:
         made = super()._fingerprint_now(scene, depsgraph)
         layer = scene.view_layers[depsgraph.view_layer.name]
-        for obj in _small_sensors(layer):
+        for obj in self._left_out(layer):
             made.digests.pop(key_of(obj, self._renamed), None)
             if obj.data is not None:
                 made.digests.pop(key_of(obj.data), None)
@@ -77,17 +85,37 @@ class FollowedMap(StoredRecording):
         return digest(unit_scale(scene))
 
     def _scene_digests(self, scene: Any, layer: Any, sensors: Sequence[Sensor]) -> dict[str, str]:
-        shown = what_is_shown(layer, self._renamed, _small_sensors(layer))
+        shown = what_is_shown(layer, self._renamed, self._left_out(layer))
         return {SCENE: self._settings(scene, sensors), SHOWN: shown}
 
+    def _left_out(self, view_layer: Any) -> set[Any]:
+        """Return the objects that are small sensors on which the result does not depend."""
+        small = SMALL_M / unit_scale(view_layer.id_data)
+        return {
+            obj
+            for obj in view_layer.objects
+            if obj.angen_sensor.kind in KINDS
+            and not self.counts(obj)
+            and max(obj.dimensions) < small
+        }
 
-def _small_sensors(view_layer: Any) -> set[Any]:
-    """Return the objects that are small sensors of kinds without coverage maps."""
-    small = SMALL_M / unit_scale(view_layer.id_data)
-    return {
-        obj
-        for obj in view_layer.objects
-        if obj.angen_sensor.kind in KINDS
-        and KINDS[obj.angen_sensor.kind].view is None
-        and max(obj.dimensions) < small
-    }
+
+class FollowedMap(FollowedResult):
+    """The fingerprint of the scene for which a coverage map was computed.
+
+    Small sensors are left out if they are of kinds that have no coverage maps.
+    """
+
+    KEY = f"{COVERAGE_MARK}_followed"
+
+    @staticmethod
+    def stored_text(scene: Any) -> str:
+        return str(scene.get(FollowedMap.KEY, ""))
+
+    @staticmethod
+    def store_text(scene: Any, text: str) -> None:
+        scene[FollowedMap.KEY] = text
+
+    @staticmethod
+    def counts(sensor: Any) -> bool:
+        return KINDS[sensor.angen_sensor.kind].view is not None

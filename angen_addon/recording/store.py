@@ -23,8 +23,9 @@ from .stored_recording import StoredRecording
 
 # The name of the texts; its leading dot hides them from lists.
 TEXT = ".angen_recording"
-# Custom properties of a text: the scene of its recording, and why the recording is stale.
-SCENE, STALE = "angen_scene", "angen_stale"
+# Custom properties of a text: the scene of its recording, why the recording is stale, and whether
+# it is put away while the scene shows another time.
+SCENE, STALE, ASIDE = "angen_scene", "angen_stale", "angen_aside"
 TITLE = "A recording of the Blender extension Ängen Sensors; Clear Recording there removes it"
 LINE = 4096
 
@@ -36,18 +37,26 @@ def put_into_file() -> None:
     """
     # The file may hold recordings, if the extension was switched on after it was opened.
     restore()
-    scenes = {scene.session_uid: scene for scene in bpy.data.scenes}
-    for uid, kept in state.CACHE.all_kept().items():
-        kept.add_portable(scenes[uid])
-        try:
-            kept.stored = kept.stored or _encoded(kept)
-        except AngenError as error:
-            report(f"The recording was not saved with the file: {error}. Export it")
-            continue
-        text = bpy.data.texts.new(TEXT)
-        text.use_fake_user = True
-        text[SCENE], text[STALE] = scenes[uid], kept.stale
-        text.from_string(kept.stored)
+    for scene in bpy.data.scenes:
+        _put(scene, state.CACHE.kept(scene), False)
+        _put(scene, state.CACHE.kept_aside(scene), True)
+
+
+def _put(scene: Any, kept: StoredRecording | None, is_aside: bool) -> None:
+    if kept is None:
+        return
+    if not is_aside:
+        kept.add_portable(scene)
+    try:
+        kept.stored = kept.stored or _encoded(kept)
+    except AngenError as error:
+        report(f"The recording was not saved with the file: {error}. Export it")
+        return
+    text = bpy.data.texts.new(TEXT)
+    text.use_fake_user = True
+    text[SCENE], text[ASIDE] = scene, is_aside
+    text[STALE] = kept.stale_then if is_aside else kept.stale
+    text.from_string(kept.stored)
 
 
 def take_out_of_file() -> None:
@@ -64,8 +73,10 @@ def restore() -> None:
     values_left = VALUES
     for text in _texts():
         scene = text.get(SCENE)
-        # A scene has one recording: a second text is not decoded.
-        if isinstance(scene, bpy.types.Scene) and state.CACHE.kept(scene) is None:
+        # A scene has one recording of each sort: a second text is not decoded.
+        is_aside = bool(text.get(ASIDE))
+        known = state.CACHE.kept_aside if is_aside else state.CACHE.kept
+        if isinstance(scene, bpy.types.Scene) and known(scene) is None:
             try:
                 kept = _decoded(text.as_string(), values_left)
                 find_sensors(kept, scene)
@@ -73,9 +84,8 @@ def restore() -> None:
                 report(f"The recording in this file could not be read: {error}. Simulate again")
             else:
                 kept.stale_then = str(text.get(STALE, ""))
-                kept.mark = max(scene.angen_recording, 0)
                 values_left -= size_of(kept.recording)
-                state.CACHE.keep(scene, kept)
+                state.CACHE.keep_from_file(scene, kept, is_aside)
         bpy.data.texts.remove(text)
 
 

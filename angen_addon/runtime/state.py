@@ -11,10 +11,8 @@ import weakref
 from collections.abc import Iterable, Iterator
 from typing import Any, Protocol
 
-import bpy
-
 from ...sensor_logic.recording.tracks import Recording
-from ..recording.followed_map import FollowedMap
+from ..recording.followed_map import FollowedMap, FollowedResult
 from ..recording.references import LightReferences
 from ..recording.stored_recording import StoredRecording
 from ..scene.animation import all_animated, curves
@@ -97,6 +95,8 @@ def _driver_targets() -> Iterator[Any]:
 UNDONE, UNDONE_BYTES = 4, 1 << 28
 # The number that a scene stores in place of its recording's mark, once the recording was cleared.
 CLEARED = -1
+# The results other than recordings that edits can make stale. Residents add theirs.
+FOLLOWED: list[type[FollowedResult]] = [FollowedMap]
 
 
 class Listener(Protocol):
@@ -160,10 +160,8 @@ class Cache:
         # The revision of the look-up, and whether drivers read outputs.
         self._driven = -1, False
         self._kept: dict[int, dict[int, StoredRecording]] = {}
-        # Marks of recordings that later runs do not push out: of the home, while a day is shown.
-        self.pinned: set[int] = set()
-        # The coverage maps, by the session uid of their scenes.
-        self._maps: dict[int, FollowedMap] = {}
+        # Results other than recordings, by the session uid of their scene and by their class.
+        self._results: dict[tuple[int, type[FollowedResult]], FollowedResult] = {}
         self._listeners: weakref.WeakSet[Listener] = weakref.WeakSet()
         self.references = LightReferences()
 
@@ -221,64 +219,98 @@ class Cache:
 
     def kept(self, scene: Any) -> StoredRecording | None:
         """Return the last recording of a scene, even if it is stale; None if there is none."""
-        return self._recording_of_mark(scene.session_uid, scene.angen_recording)
+        made, mark = self._kept.get(scene.session_uid, {}), scene.angen_recording
+        if mark == CLEARED or mark in made:
+            return made.get(mark)
+        # A recording is kept if undo has removed its mark from the scene: return the oldest.
+        aside = scene.angen_recording_aside
+        return next((kept for mark, kept in made.items() if mark != aside), None)
 
-    def _recording_of_mark(self, uid: int, mark: int) -> StoredRecording | None:
-        """Return the recording with the number `mark`, else the oldest; None if it was cleared."""
-        made = self._kept.get(uid, {})
-        return None if mark == CLEARED else made.get(mark) or next(iter(made.values()), None)
+    def kept_aside(self, scene: Any) -> StoredRecording | None:
+        """Return the recording that `set_aside` has put away; None if there is none."""
+        return self._kept.get(scene.session_uid, {}).get(scene.angen_recording_aside)
 
-    def coverage_map(self, scene: Any) -> FollowedMap | None:
-        """Return the fingerprint of the scene that the coverage map shows; None without a map."""
-        text = FollowedMap.stored_text(scene)
+    def set_aside(self, scene: Any) -> None:
+        """Put the scene's recording away until `take_back`, because the scene shows another time.
+
+        Meanwhile the scene can have other recordings. They do not push this one out.
+        """
+        kept = self.kept(scene)
+        if kept is not None:
+            kept.stale_then = kept.stale
+            kept.add_portable(scene)
+        scene.angen_recording_aside = CLEARED if kept is None else kept.mark
+        scene.angen_recording = CLEARED
+
+    def take_back(self, scene: Any) -> None:
+        """Make the recording that was put away the scene's last recording again."""
+        scene.angen_recording, scene.angen_recording_aside = scene.angen_recording_aside, 0
+        kept = self.kept(scene)
+        if kept is not None:
+            kept.unsure = True
+
+    def result(self, scene: Any, kind: type[FollowedResult]) -> FollowedResult | None:
+        """Return the fingerprint of the scene that a result shows; None without such a result."""
+        text = kind.stored_text(scene)
         if not text:
             return None
-        found = self._maps.get(scene.session_uid)
+        found = self._results.get((scene.session_uid, kind))
         if found is None or found.stored != text:
-            # Another map: undo, a new file, or a proposal that was discarded.
-            found = self._maps[scene.session_uid] = FollowedMap.read(text)
+            # Another result: undo, a new file, or a proposal that was discarded.
+            found = self._results[scene.session_uid, kind] = kind.read(text)
         return found
 
-    def note_map(self, scene: Any, depsgraph: Any) -> None:
-        """Remember that the coverage map was computed from the scene as it is now.
+    def note_result(self, scene: Any, depsgraph: Any, kind: type[FollowedResult]) -> None:
+        """Remember that a result was computed from the scene as it is now.
 
         For this, store a fingerprint of the scene: later edits are compared with it.
         """
-        self._maps[scene.session_uid] = FollowedMap.note(scene, depsgraph)
+        self._results[scene.session_uid, kind] = kind.note(scene, depsgraph)
 
     def followed(self, scene: Any) -> list[StoredRecording]:
-        """Return the last recording and the coverage map of a scene, which edits can make stale."""
-        return [found for found in (self.kept(scene), self.coverage_map(scene)) if found]
+        """Return the last recording and the results of a scene, which edits can make stale."""
+        results = (self.result(scene, kind) for kind in FOLLOWED)
+        return [found for found in (self.kept(scene), *results) if found]
 
     def _all_followed(self) -> list[tuple[int, StoredRecording]]:
-        """Return all recordings and coverage maps, each with the session uid of its scene."""
+        """Return all recordings and other results, each with the session uid of its scene."""
         runs = ((uid, kept) for uid, made in self._kept.items() for kept in made.values())
-        return [*runs, *self._maps.items()]
+        return [*runs, *((uid, found) for (uid, _), found in self._results.items())]
 
     def keep(self, scene: Any, kept: StoredRecording) -> None:
         """Make `kept` the last recording of a scene; undo restores the former one."""
         made = self._kept.setdefault(scene.session_uid, {})
         made[kept.mark] = kept
         while len(made) > UNDONE or (len(made) > 2 and _bytes_of(made.values()) > UNDONE_BYTES):
-            made.pop(next(mark for mark in made if mark not in self.pinned))
+            aside = scene.angen_recording_aside
+            made.pop(next(mark for mark in made if mark != aside))
         if scene.angen_recording != kept.mark:
             scene.angen_recording = kept.mark
         self.notice = ""
 
+    def keep_from_file(self, scene: Any, kept: StoredRecording, is_aside: bool) -> None:
+        """Keep a recording of the scene's file, put away if `is_aside`; the scene has its mark."""
+        mark = scene.angen_recording_aside if is_aside else scene.angen_recording
+        if mark > 0:
+            kept.mark = mark
+        if not is_aside:
+            self.keep(scene, kept)
+        elif mark > 0:
+            self._kept.setdefault(scene.session_uid, {})[mark] = kept
+
     def keep_alone(self, scene: Any, kept: StoredRecording) -> None:
-        """Make `kept` the only recording of a scene; call this only where no undo can follow."""
-        self._kept.pop(scene.session_uid, None)
+        """Make `kept` the only recording of a scene, apart from one that is put away.
+
+        Call this method only where no undo can follow.
+        """
+        aside = self.kept_aside(scene)
+        self._kept[scene.session_uid] = {aside.mark: aside} if aside is not None else {}
         self.keep(scene, kept)
 
     def clear_recording(self, scene: Any) -> None:
         """Clear the recording of a scene; undo restores it."""
         scene.angen_recording = CLEARED
         self.notice = ""
-
-    def all_kept(self) -> dict[int, StoredRecording]:
-        """Return the last recording of each scene, by the session uid of the scene."""
-        found = {scene.session_uid: self.kept(scene) for scene in bpy.data.scenes}
-        return {uid: kept for uid, kept in found.items() if kept is not None}
 
     def note_other_scene(self, scene: Any, depsgraph: Any) -> None:
         """Pass an update in `scene` to the recordings of other scenes, which may share its data.
@@ -317,7 +349,7 @@ class Cache:
         """Empty the cache, because another file opens."""
         self.forget_references()
         self._kept.clear()
-        self._maps.clear()
+        self._results.clear()
         self.references = LightReferences()
         self.lacks = []
         self.notice = ""

@@ -15,7 +15,7 @@ from bpy.props import (
     PointerProperty,
     StringProperty,
 )
-from bpy.types import PropertyGroup, Text
+from bpy.types import ID, Action, Material, Object, PropertyGroup, Text
 
 from ...sensor_logic.formats import FORMATS
 
@@ -60,10 +60,34 @@ class AngenDone(PropertyGroup):
     end: FloatProperty()
 
 
+class AngenEarlier(PropertyGroup):
+    """A datablock as it was before a day was shown: its action, and other values as JSON.
+
+    `owner` is an object or a light, or the world of a node tree. If `of_data` is set, the values
+    are of the object's light. Pointers know datablocks by identity, also after saving.
+    """
+
+    owner: PointerProperty(type=ID)
+    of_data: BoolProperty()
+    action: PointerProperty(type=Action)
+    values: StringProperty()
+
+
+class AngenLent(PropertyGroup):
+    """A copy of a light or material that a lamp has while a day is shown, as `lamps.Lent`."""
+
+    object: PointerProperty(type=Object)
+    original: PointerProperty(type=ID)
+    copy: PointerProperty(type=ID)
+    link: StringProperty()
+    before: PointerProperty(type=Material)
+
+
 class AngenDay(PropertyGroup):
     """Settings and state of the panel Day.
 
-    While an activity is shown, `before` is the earlier state of the home, as JSON.
+    While an activity is shown, `before` is the earlier state of the scene, as JSON, and `earlier`
+    and `lent` are the earlier state of the home.
     """
 
     routine: StringProperty(
@@ -113,10 +137,18 @@ class AngenDay(PropertyGroup):
     # The frames of the shown stretch in which nothing moves (still.py).
     rests: StringProperty(options={"HIDDEN"})
     told: StringProperty(options={"HIDDEN"})
+    # The list's own number, the settings with which it was read, and the home's fingerprint.
+    mark: IntProperty(options={"HIDDEN"})
+    read_with: StringProperty(options={"HIDDEN"})
+    followed: StringProperty(options={"HIDDEN"})
     before: StringProperty(options={"HIDDEN"})
+    earlier: CollectionProperty(type=AngenEarlier)
+    lent: CollectionProperty(type=AngenLent)
 
 
-_register, _unregister = bpy.utils.register_classes_factory((AngenSite, AngenDone, AngenDay))
+_register, _unregister = bpy.utils.register_classes_factory(
+    (AngenSite, AngenDone, AngenEarlier, AngenLent, AngenDay)
+)
 
 
 def register() -> None:

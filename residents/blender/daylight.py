@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import astuple
 from datetime import date, datetime, time, timedelta
 from itertools import pairwise
 from typing import Any
@@ -137,6 +138,12 @@ class Daylight:
 
 def _driven(owner: Any) -> bool:
     return owner.animation_data is not None and bool(owner.animation_data.drivers)
+
+
+def site_values(scene: Any) -> list[Any]:
+    """Return the place on Earth as plain values, with None if latitude or longitude is not set."""
+    site = site_of(scene)
+    return [None] if site is None else list(astuple(site))
 
 
 def site_of(scene: Any) -> Site | None:

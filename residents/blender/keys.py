@@ -30,6 +30,8 @@ from .lamps import LampCopies, Power
 from .person import body_of
 from .settings import above, build_of, is_placed_by_others
 
+# Custom property of the actions with a day's keyframes, which copies of objects have too.
+DAY_MARK = "angen_day"
 # Values of Blender's enum of interpolations.
 CONSTANT, LINEAR = 0, 1
 
@@ -42,6 +44,7 @@ class Curves:
 
     def __init__(self, owner: bpy.types.ID, name: str) -> None:
         action = bpy.data.actions.new(name)
+        action[DAY_MARK] = True
         data = owner.animation_data_create()
         data.action = action
         self.curves: Any

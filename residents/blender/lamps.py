@@ -59,14 +59,33 @@ def _glowing_slots(obj: Any) -> list[Any]:
     return [s for s in obj.material_slots if s.material is not None and glows(s.material)]
 
 
-class LampCopies:
-    """The copies of lights and materials that lamps have while residents switch them.
+class Lent(NamedTuple):
+    """A copy of a light or material that a lamp has for some time.
 
-    `lent` says what each copy replaces, as plain values that a file can hold.
+    Attributes
+    ----------
+    object
+        The object that has the copy.
+    original, copy
+        The light or material, and its copy.
+    link
+        The link of the material slot before: to the object, or to its data.
+    before
+        The material that the slot had when it was linked to the object; None for a light.
     """
 
+    object: Any
+    original: Any
+    copy: Any
+    link: str = ""
+    before: Any = None
+
+
+class LampCopies:
+    """The copies of lights and materials that lamps have while residents switch them (`lent`)."""
+
     def __init__(self) -> None:
-        self.lent: list[dict[str, Any]] = []
+        self.lent: list[Lent] = []
 
     def powers(self, lamp: Any) -> list[Power]:
         """Return the numbers to set to zero for the lamp to be off; make the copies for that."""
@@ -87,22 +106,16 @@ class LampCopies:
         if _is_driven(light):
             copy.driver_remove("energy")
             copy.energy = light.evaluated_get(evaluated_depsgraph()).energy
-        self._lend(obj, -1, light)
         obj.data = copy
+        self.lent.append(Lent(obj, light, copy))
 
     def _copy_material(self, obj: Any, slot: Any) -> Any:
-        material = slot.material
-        self._lend(obj, slot.slot_index, material, slot.link)
+        material, link = slot.material, slot.link
         slot.link = "OBJECT"
-        self.lent[-1]["before"] = slot.material.name if slot.material is not None else ""
+        before = slot.material
         slot.material = material.copy()
+        self.lent.append(Lent(obj, material, slot.material, link, before))
         return slot.material
-
-    def _lend(self, obj: Any, slot: int, was: Any, link: str = "") -> None:
-        entry = {"object": obj.name, "slot": slot, "was": was.name, "link": link}
-        self.lent.append(entry | {"fake": was.use_fake_user})
-        # Without a user, saving the file would drop the original.
-        was.use_fake_user = True
 
     def give_back(self) -> None:
         """Give the lamps their own lights and materials again, and remove the copies."""
@@ -110,27 +123,22 @@ class LampCopies:
         self.lent.clear()
 
 
-def give_back(lent: Iterable[dict[str, Any]]) -> None:
-    """Undo what `LampCopies.lent` lists, as far as its objects and datablocks still exist."""
-    for entry in reversed(list(lent)):
-        obj = bpy.data.objects.get(entry["object"])
-        is_light = entry["slot"] < 0
-        data = bpy.data.lights if is_light else bpy.data.materials
-        was = data.get(entry["was"])
-        if was is not None:
-            was.use_fake_user = entry["fake"]
-        if obj is None or was is None:
+def give_back(lent: Iterable[Lent]) -> None:
+    """Undo what `LampCopies.lent` lists, as far as its objects and datablocks still exist.
+
+    What the user has given a lamp meanwhile stays.
+    """
+    for one in reversed(list(lent)):
+        if one.object is None or one.original is None or one.copy is None:
             continue
-        if is_light:
-            copy, obj.data = obj.data, was
-        elif entry["slot"] < len(obj.material_slots):
-            slot = obj.material_slots[entry["slot"]]
-            copy, slot.material = slot.material, data.get(entry["before"])
-            slot.link = entry["link"]
-        else:
-            continue
-        if copy is not None and copy != was and not copy.users:
-            _remove(copy)
+        slots = [slot for slot in one.object.material_slots if slot.material == one.copy]
+        if one.object.data == one.copy:
+            one.object.data = one.original
+        for slot in slots:
+            slot.material = one.before
+            slot.link = one.link
+        if not one.copy.users:
+            _remove(one.copy)
 
 
 def _remove(copy: Any) -> None:

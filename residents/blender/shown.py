@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Show a part of a day in the window as animation, and restore the home afterwards.
 
-The earlier state of the home is stored in the scene as text, which survives undo, saving and
-opening.
+The earlier state of the home is stored in the scene, where it survives undo, saving and opening.
+Objects and lights are known by pointers, since users rename them while a day is shown.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Collection, Iterable, Mapping
 from datetime import date, datetime, time, timedelta
 from typing import Any
 
@@ -19,9 +19,10 @@ from ...angen_addon.scene.light.scene import take_begins
 from ..acting.places import Places
 from ..acting.timeline import Acted
 from ..days.rows import FPS, frame_at, time_at
-from .daylight import Daylight
-from .keys import MOVED, KeyedStretch
-from .lamps import give_back, lights_of
+from .daylight import Daylight, site_values
+from .followed_day import note_home
+from .keys import DAY_MARK, MOVED, KeyedStretch
+from .lamps import Lent, give_back, lights_of
 from .person import body_of
 from .still import rests
 
@@ -52,16 +53,16 @@ def show(
     scene.frame_set(scene.frame_start)
     lamps = _lamps(places)
     owners = [*_animated_objects(acted, places, residents, daylight), *_lights(lamps, daylight)]
-    skies = [(scene.world, path) for _, path, _ in daylight.skies()]
     before = {
         "time": {name: getattr(scene.render, name) for name in TIME},
         "range": ranged,
         "start": scene.angen_start,
-        "recording": scene.angen_recording,
-        "owners": [_state_of(owner) for owner in owners] + [_state_of_sky(*sky) for sky in skies],
+        "followed": scene.angen_day.followed,
+        "site": site_values(scene),
     }
-    state.CACHE.pinned.add(scene.angen_recording)
+    state.CACHE.set_aside(scene)
     scene.angen_day.before = json.dumps(before)
+    _note_home(scene, owners, daylight)
     scene.angen_day.rests = rests(acted, max(start - AROUND_S, 0.0), end + AROUND_S)
     keys = KeyedStretch(residents, places)
     for owner in owners:
@@ -72,8 +73,10 @@ def show(
     daylight.insert_keys()
     first, last = max(start - AROUND_S, 0.0), end + AROUND_S
     keys.show(acted, first - 1.0, last + 1.0)
-    before["lent"] = keys.copies.lent
-    scene.angen_day.before = json.dumps(before)
+    for lent in keys.copies.lent:
+        stored = scene.angen_day.lent.add()
+        for name, value in lent._asdict().items():
+            setattr(stored, name, value)
     render = scene.render
     render.fps, render.fps_base, render.frame_map_old, render.frame_map_new = FPS, 1.0, 100, 100
     scene.use_preview_range = False
@@ -83,6 +86,13 @@ def show(
     whole = begin.microsecond == 0
     scene.angen_start = begin.isoformat(timespec="seconds" if whole else "milliseconds")
     scene.frame_set(frame_at(start))
+    if scene.angen_day.followed:
+        note_home(scene)
+
+
+def has_its_light(scene: Any) -> bool:
+    """Return whether the shown activity has the light of the home's present place on Earth."""
+    return bool(json.loads(scene.angen_day.before).get("site") == site_values(scene))
 
 
 def leave(scene: Any) -> list[str]:
@@ -93,27 +103,29 @@ def leave(scene: Any) -> list[str]:
     """
     if not scene.angen_day.before:
         return []
-    changed = []
-    before = json.loads(scene.angen_day.before)
-    scene.angen_day.before = ""
+    day = scene.angen_day
+    before = json.loads(day.before)
+    lent = [Lent(*(getattr(one, name) for name in Lent._fields)) for one in day.lent]
+    earlier = [(one.owner, one.of_data, one.action, json.loads(one.values)) for one in day.earlier]
+    day.before, day.followed = "", before.get("followed", "")
+    # The pointers count as users.
+    day.lent.clear()
+    day.earlier.clear()
     take_begins(scene)
-    give_back(before.get("lent", ()))
-    for noted in before["owners"]:
-        owner = getattr(bpy.data, noted["of"]).get(noted["name"])
-        if noted["of"] == "worlds" and owner is not None:
-            owner = owner.node_tree
-        if owner is not None and not _restore(owner, noted):
+    give_back(lent)
+    changed = []
+    for owner, of_data, action, values in earlier:
+        part = owner.data if of_data and owner is not None else owner
+        part = part.node_tree if isinstance(part, bpy.types.World) else part
+        if part is not None and not _restore(part, action, values):
             changed.append(owner.name)
+    for action in [action for action in bpy.data.actions if DAY_MARK in action]:
+        bpy.data.actions.remove(action)
     for name, value in before["time"].items():
         setattr(scene.render, name, value)
     # Files of earlier versions have no start.
     scene.angen_start = before.get("start", scene.angen_start)
-    scene.angen_recording = before.get("recording", scene.angen_recording)
-    state.CACHE.pinned.discard(scene.angen_recording)
-    recording = state.CACHE.kept(scene)
-    if recording is not None:
-        # The home's own recording, which is compared with the home once more.
-        recording.unsure = True
+    state.CACHE.take_back(scene)
     wanted = before["range"]
     scene.frame_end, scene.frame_start = wanted["frame_end"], wanted["frame_start"]
     scene.frame_end, scene.use_preview_range = wanted["frame_end"], wanted["use_preview_range"]
@@ -148,40 +160,36 @@ def _lights(lamps: set[Any], daylight: Daylight) -> set[Any]:
     return lamps | sun | {light for light in bpy.data.lights if light.animation_data is not None}
 
 
-def _state_of(owner: Any) -> dict[str, Any]:
-    of = "lights" if isinstance(owner, bpy.types.Light) else "objects"
-    bones = owner.pose.bones if getattr(owner, "pose", None) else ()
-    found = _state_of_animation(owner) | {
-        "of": of,
-        "name": owner.name,
-        "values": _property_values(owner),
-    }
-    return found | {"bones": {bone.name: _property_values(bone) for bone in bones}}
+def _note_home(scene: Any, owners: Iterable[Any], daylight: Daylight) -> None:
+    """Store the present state of objects and lights, and of the sky, in the scene."""
+    users = {obj.data: obj for obj in scene.objects if obj.type == "LIGHT"}
+    for owner in owners:
+        bones = owner.pose.bones if getattr(owner, "pose", None) else ()
+        found = {
+            "values": _property_values(owner),
+            "bones": {bone.name: _property_values(bone) for bone in bones},
+        }
+        # A pointer to the light would be one of its users, by which light groups are chosen.
+        _note(scene, owner, users.get(owner, owner), found)
+    for tree, path, _ in daylight.skies():
+        values = {path: tree.path_resolve(path)}
+        _note(scene, tree, scene.world, {"values": values, "bones": {}})
 
 
-def _state_of_sky(world: Any, path: str) -> dict[str, Any]:
-    """Return the state of a world's sky; `path` is the data path of its strength."""
-    found = _state_of_animation(world.node_tree) | {"of": "worlds", "name": world.name, "bones": {}}
-    return found | {"values": {path: world.node_tree.path_resolve(path)}}
-
-
-def _state_of_animation(owner: Any) -> dict[str, Any]:
-    """Return what is needed to restore a datablock's animation, such as the action's name.
-
-    The action gets a fake user, so that saving the file does not drop it.
-    """
+def _note(scene: Any, owner: Any, pointed: Any, found: dict[str, Any]) -> None:
+    """Store a datablock's values `found` and its animation; `pointed` leads to the datablock."""
     data = owner.animation_data
-    action, slot = (data.action, getattr(data, "action_slot", None)) if data else (None, None)
-    if action is not None:
-        # Without a user, saving the file would drop the action.
-        fake, action.use_fake_user = action.use_fake_user, True
-    return {
+    slot = getattr(data, "action_slot", None) if data else None
+    stored = scene.angen_day.earlier.add()
+    stored.owner = pointed
+    stored.of_data = isinstance(owner, bpy.types.Light) and pointed != owner
+    stored.action = data.action if data else None
+    animation = {
         "animated": data is not None,
-        "action": action.name if action is not None else "",
-        "fake": fake if action is not None else False,
-        "slot": slot.identifier if slot is not None else "",
+        "slot": slot.handle if slot is not None else 0,
         "use_nla": data.use_nla if data is not None else True,
     }
+    stored.values = json.dumps(found | animation)
 
 
 def _property_values(part: Any) -> dict[str, Any]:
@@ -190,31 +198,22 @@ def _property_values(part: Any) -> dict[str, Any]:
     return {n: v if isinstance(v, (bool, float, str)) else list(v) for n, v in found.items()}
 
 
-def _restore(owner: Any, stored: Mapping[str, Any]) -> bool:
-    """Restore a datablock to the state `stored`; return whether all that it needs still exists."""
+def _restore(owner: Any, action: Any, stored: Mapping[str, Any]) -> bool:
+    """Restore a datablock's action and values; return whether all that it needs still exists."""
     is_whole = True
     data = owner.animation_data
-    ours = data.action if data is not None else None
     if data is not None:
-        data.action = bpy.data.actions.get(stored["action"])
-        data.use_nla = stored["use_nla"]
-        if data.action is not None:
-            data.action.use_fake_user = stored["fake"]
-            if stored["slot"]:
-                data.action_slot = data.action.slots.get(stored["slot"])
-                is_whole = data.action_slot is not None
-    # Blender 4.2 still counts a world's node tree as a user.
-    unused = stored["of"] == "worlds" or (ours is not None and ours.users == 0)
-    if ours is not None and unused and ours.name != stored["action"]:
-        bpy.data.actions.remove(ours)
+        data.action, data.use_nla = action, stored["use_nla"]
+        if action is not None and stored["slot"]:
+            slots = (slot for slot in action.slots if slot.handle == stored["slot"])
+            data.action_slot = next(slots, None)
+            is_whole = data.action_slot is not None
     if data is not None and not stored["animated"] and not data.drivers:
         owner.animation_data_clear()
     parts = [(owner, stored["values"])]
-    for name, values in stored["bones"].items():
-        bone = owner.pose.bones.get(name)
-        is_whole &= bone is not None
-        if bone is not None:
-            parts.append((bone, values))
+    bones = _bones_by_former_name(owner, stored["bones"])
+    is_whole &= len(bones) == len(stored["bones"])
+    parts += [(bone, stored["bones"][name]) for name, bone in bones.items()]
     for part, values in parts:
         for path, value in values.items():
             holder, _, name = path.rpartition(".")
@@ -224,3 +223,19 @@ def _restore(owner: Any, stored: Mapping[str, Any]) -> bool:
                 # A node that the path names is gone.
                 is_whole = False
     return is_whole
+
+
+def _bones_by_former_name(owner: Any, former: Collection[str]) -> dict[str, Any]:
+    """Return the pose bones of an armature by the names that they had, in this order.
+
+    A bone without its name has been renamed if the armature has as many bones as before: Blender
+    keeps their order then.
+    """
+    if not former:
+        return {}
+    bones = owner.pose.bones
+    found = {name: bones.get(name) for name in former}
+    if len(bones) == len(former):
+        pairs = zip(former, bones, strict=True)
+        found |= {name: bone for name, bone in pairs if found[name] is None}
+    return {name: bone for name, bone in found.items() if bone is not None}

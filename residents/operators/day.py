@@ -3,8 +3,9 @@
 
 from __future__ import annotations
 
+import secrets
 from collections.abc import Generator, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from datetime import date, timedelta
 from pathlib import Path
@@ -26,6 +27,7 @@ from ..acting.places import Places
 from ..acting.timeline import Acted
 from ..blender import shown
 from ..blender.daylight import Daylight
+from ..blender.followed_day import note_read, verify, why_stale
 from ..blender.run import Household, Plan, resident_of
 from ..days.rows import HOUR_S, frame_at, hours_minutes
 from ..days.truth import activities
@@ -41,8 +43,8 @@ class ComputedDay:
 
     Attributes
     ----------
-    key
-        The values of the settings, to find out whether they have changed.
+    mark
+        The session uid of its scene, and the number of the list of its activities.
     acted
         What the residents do.
     places
@@ -53,7 +55,7 @@ class ComputedDay:
         The date.
     """
 
-    key: Any
+    mark: tuple[int, int]
     acted: Acted
     places: Places
     plan: Plan
@@ -76,31 +78,17 @@ def settings_of(scene: Any) -> tuple[Plan, date, int]:
     return Plan.of(read_text(path), path.name), start, settings.seed
 
 
-def _settings_key(scene: Any) -> tuple[Any, Plan]:
-    """Return the values of the panel's settings, for comparison, and the routine that they give.
-
-    Raise `InputError` if a setting is invalid.
-    """
-    plan, start, seed = settings_of(scene)
-    number = scene.angen_day.number - 1
-    return (bpy.data.filepath, scene.name, plan.text, start, seed, number), plan
-
-
-def _is_current(scene: Any) -> bool:
-    """Return whether the shown activity was computed with the panel's present settings."""
-    return _computed is None or _computed.key == _settings_key(scene)[0]
-
-
 def _compute_day(scene: Any, anew: bool) -> Generator[Doing, None, ComputedDay]:
     """Compute the day that the panel's settings give; yield the progress and return the day.
 
-    The last computed day is used again if its settings were the same, unless `anew` is True. Raise
+    The last computed day is used again if it is that of the list, unless `anew` is True. Raise
     `InputError` if a setting is invalid.
     """
     global _computed
-    key, plan = _settings_key(scene)
-    start, seed, number = key[-3:]
-    if anew or _computed is None or _computed.key != key:
+    mark = scene.session_uid, secrets.randbelow(2**31) if anew else scene.angen_day.mark
+    if _computed is None or _computed.mark != mark:
+        plan, start, seed = settings_of(scene)
+        number = scene.angen_day.number - 1
         frame = scene.frame_current
         try:
             household = Household(scene, [], plan, start, seed, read=False)
@@ -109,7 +97,7 @@ def _compute_day(scene: Any, anew: bool) -> Generator[Doing, None, ComputedDay]:
             acted = yield from doing("what everybody does", acting)
         finally:
             scene.frame_set(frame)
-        _computed = ComputedDay(key, acted, household.places, plan, start + timedelta(number))
+        _computed = ComputedDay(mark, acted, household.places, plan, start + timedelta(number))
     return _computed
 
 
@@ -120,23 +108,31 @@ def _without_shown_activity(scene: Any) -> Iterator[None]:
     If the block fails, show the activity again.
     """
     settings, was = scene.angen_day, _computed
-    is_shown, frame = bool(settings.before), scene.frame_current
+    is_shown, frame, followed = bool(settings.before), scene.frame_current, settings.followed
     shown.leave(scene)
     try:
         yield
     except BaseException:
         if is_shown and was is not None:
-            _animate_activity(scene, was, settings.shown)
-            scene.frame_set(frame)
+            # The home stays without an activity if objects of the day are gone.
+            with suppress(InputError):
+                _animate_activity(scene, was, settings.shown)
+                # A list that was stale stays so.
+                settings.followed = followed
+                scene.frame_set(frame)
         raise
 
 
 def _animate_activity(scene: Any, day: ComputedDay, index: int) -> None:
     """Animate the activity with this index in the list.
 
-    Raise `InputError` if the home has no object for one of the persons.
+    Raise `InputError` if the home has no object for one of the persons, or for what they move.
     """
     settings = scene.angen_day
+    moved = {*day.acted.swings, *day.acted.holds, *(one.object for one in day.acted.switches)}
+    gone = sorted(moved - set(bpy.data.objects.keys()))
+    if gone:
+        raise InputError(f"the home has no object {named(gone)} any more: press Read Day")
     item = settings.done[index]
     residents = {p.name: resident_of(p) for p in day.plan.routine.persons.values()}
     sensors = simulated(all_sensors(bpy.context.view_layer))
@@ -165,12 +161,20 @@ class ANGEN_OT_day_read(LongWork, Operator):
             item = settings.done.add()
             item.name, item.person, item.room = done.activity, done.person, done.room
             item.start, item.end = done.start / 1e6, done.end / 1e6
+        _, settings.mark = day.mark
+        note_read(context.scene)
         settings.told = f"{day.on:%A} {day.on.isoformat()}: {len(settings.done)} activities"
         self.report({"INFO"}, settings.told)
 
 
 class _ShowActivity(LongWork):
     """Mix-in of operators that show an activity as animation, and may go to a time in it."""
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        stale = why_stale(context.scene)
+        text = f"The list is stale, {stale}. Press Read Day"
+        return can_read_scene(cls, context) and needs(cls, not stale, text)
 
     def _target(self, settings: Any) -> tuple[int, float | None]:
         """Return the index of the activity, and the time to go to (s since midnight) or None.
@@ -182,7 +186,12 @@ class _ShowActivity(LongWork):
     def _begin(self, context: Context) -> Generator[Any, None, None]:
         scene = context.scene
         index, _ = self._target(scene.angen_day)
-        if scene.angen_day.before and scene.angen_day.shown == index and _is_current(scene):
+        verify(scene)
+        stale = why_stale(scene)
+        if stale:
+            raise InputError(f"The list is stale, {stale}. Press Read Day")
+        is_shown = scene.angen_day.before and scene.angen_day.shown == index
+        if is_shown and shown.has_its_light(scene):
             # Only the playhead moves.
             yield None
             return
@@ -215,8 +224,6 @@ class ANGEN_OT_day_show(_ShowActivity, Operator):
         if not 0 <= properties.index < len(done):
             return cls.bl_description
         return f"{_activity_sentence(done[properties.index])}. {cls.bl_description}"
-
-    poll = classmethod(can_read_scene)
 
     def _target(self, settings: Any) -> tuple[int, float | None]:
         if not 0 <= self.index < len(settings.done):
@@ -254,8 +261,6 @@ class ANGEN_OT_day_go(_ShowActivity, Operator):
             _activity_sentence(d) for d in theirs if d.start < start + HOUR_S and d.end > start
         ]
         return "\n".join([f"Go to {text}", *found])
-
-    poll = classmethod(can_read_scene)
 
     def _target(self, settings: Any) -> tuple[int, float | None]:
         text = self.time or settings.time

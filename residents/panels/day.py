@@ -8,7 +8,8 @@ from typing import Any
 import bpy
 from bpy.types import Context, Panel, UIList
 
-from ...angen_addon.view.panel_parts import ClosedSidebar, draw_progress
+from ...angen_addon.view.panel_parts import ClosedSidebar, draw_lines, draw_progress
+from ..blender.followed_day import why_stale
 from ..days.rows import HOUR_S, hours_minutes, lasting, time_at
 from .strip import colours_of, hour_pixels, icon_of, plain_pixels
 
@@ -91,6 +92,9 @@ class ANGEN_PT_day(ClosedSidebar, Panel):
         _draw_run(layout, settings)
         if not settings.done:
             return
+        stale = why_stale(context.scene)
+        if stale:
+            draw_lines(layout, f"The list is stale, {stale}. Read Day again", "ERROR")
         layout.label(text=settings.told)
         layout.label(text="Click an hour to go to it")
         scene = context.scene

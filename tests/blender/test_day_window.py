@@ -97,16 +97,360 @@ def test_leaving_the_day_brings_the_homes_recording_back(scene: Any, addon_part:
     assert cache.recording(scene) is home
 
 
-def test_leaving_the_day_restores_all_but_what_was_changed_meanwhile(scene: Any) -> None:
-    before = state(scene)
+def simulated(addon_part: Any, scene: Any) -> Any:
+    assert bpy.ops.angen.simulate() == {"FINISHED"}
+    return addon_part("angen_addon.runtime.state").CACHE.recording(scene)
+
+
+def reopened(path: Path) -> Any:
+    bpy.ops.wm.save_as_mainfile(filepath=str(path))
+    bpy.ops.wm.open_mainfile(filepath=str(path))
+    return bpy.context.scene
+
+
+def readings(recording: Any) -> Any:
+    return {name: (list(t.frames), list(t.value)) for name, t in recording.tracks.items()}
+
+
+@pytest.mark.parametrize("saved", ["the day", "its recording", "twice"])
+def test_saving_a_shown_day_keeps_the_homes_recording_and_that_of_the_day(
+    scene: Any, addon_part: Any, tmp_path: Path, saved: str
+) -> None:
+    cache = addon_part("angen_addon.runtime.state").CACHE
+    home, of_day = readings(simulated(addon_part, scene)), None
     bpy.ops.angen.day_read()
     bpy.ops.angen.day_show(index=1)
-    bpy.data.objects["Adult"].data.bones["chest"].name = "Chest2"
+    if saved != "the day":
+        assert bpy.ops.angen.simulate(frame_end=scene.frame_start + 20) == {"FINISHED"}
+        of_day = readings(cache.recording(scene))
+    for number in range(2 if saved == "twice" else 1):
+        scene = reopened(tmp_path / f"shown{number}.blend")
+    assert (cache.recording(scene) is None) == (of_day is None)
+    assert of_day is None or readings(cache.recording(scene)) == of_day
     assert bpy.ops.angen.day_leave() == {"FINISHED"}
-    assert not scene.angen_day.before
-    bpy.data.objects["Adult"].data.bones["Chest2"].name = "chest"
-    bpy.data.objects["Adult"].pose.bones["chest"].matrix_basis.identity()
+    scene.frame_set(20)
+    assert readings(cache.recording(scene)) == home
+    # Saved and opened once more, the file has the home's recording alone.
+    scene = reopened(tmp_path / "left.blend")
+    scene.frame_set(20)
+    assert readings(cache.recording(scene)) == home
+
+
+def test_the_homes_recording_is_kept_aside_and_not_called_stale(
+    scene: Any, addon_part: Any
+) -> None:
+    simulated(addon_part, scene)
+    bpy.ops.angen.day_read()
+    bpy.ops.angen.day_show(index=1)
+    aside = "Kept aside: frames 1 to 48 of the home"
+    for _ in range(2):
+        told = drawn("ANGEN_PT_simulation").labels
+        assert aside in told and not any("stale" in text for text in told)
+        # Also beside the recording of the shown activity.
+        assert bpy.ops.angen.simulate(frame_end=scene.frame_start + 20) == {"FINISHED"}
+    assert bpy.ops.angen.clear_recording() == {"FINISHED"}
+    assert aside in drawn("ANGEN_PT_simulation").labels
+    bpy.ops.angen.day_leave()
+    told = drawn("ANGEN_PT_simulation").labels
+    assert "Recorded: frames 1 to 48" in told and aside not in told
+
+
+def test_undo_and_redo_of_a_shown_day_keep_both_recordings(scene: Any, addon_part: Any) -> None:
+    cache = addon_part("angen_addon.runtime.state").CACHE
+    home = simulated(addon_part, scene)
+    bpy.ops.angen.day_read()
+    bpy.ops.ed.undo_push(message="read")
+    bpy.ops.angen.day_show(index=1)
+    bpy.ops.ed.undo_push(message="shown")
+    bpy.ops.angen.day_leave()
+    bpy.ops.ed.undo_push(message="left")
+    bpy.ops.ed.undo()
+    assert bpy.context.scene.angen_day.before
+    # Later recordings do not push out the home's.
+    for number in range(6):
+        begin = bpy.context.scene.frame_start + 20 * number
+        bpy.ops.angen.simulate(frame_start=begin, frame_end=begin + 5)
+    bpy.ops.angen.day_leave()
+    bpy.context.scene.frame_set(20)
+    assert cache.recording(bpy.context.scene) is home
+
+
+def test_without_a_recording_of_the_home_none_is_there_afterwards(
+    scene: Any, addon_part: Any
+) -> None:
+    cache = addon_part("angen_addon.runtime.state").CACHE
+    bpy.ops.angen.day_read()
+    bpy.ops.angen.day_show(index=1)
+    bpy.ops.angen.simulate(frame_end=scene.frame_start + 20)
+    assert not any("aside" in text for text in drawn("ANGEN_PT_simulation").labels)
+    bpy.ops.angen.day_leave()
+    assert cache.kept(scene) is None
+
+
+def move(name: str) -> None:
+    bpy.data.objects[name].location.x += 0.25
+
+
+def edit(obj: Any, group: str, **values: Any) -> None:
+    """Change settings as panels do, which tag the object."""
+    for name, value in values.items():
+        setattr(getattr(obj, group), name, value)
+    obj.update_tag()
+
+
+def reset(name: str, value: Any) -> None:
+    setattr(bpy.context.scene.angen_day, name, value)
+
+
+CHANGED = {
+    "seed": (lambda: reset("seed", 5), "Seed"),
+    "date": (lambda: reset("date", "2026-03-03"), "First Day"),
+    "day": (lambda: reset("number", 2), "Day"),
+    "routine": (lambda: bpy.data.texts["week.toml"].write("# more"), "Routine"),
+    "no routine": (lambda: reset("text", None), "Routine"),
+    "furniture": (lambda: move("Seat"), "'Seat'"),
+    "place": (lambda: edit(bpy.data.objects["Bed"], "angen_place", use="NONE"), "'Bed'"),
+    "wall": (
+        lambda: bpy.data.objects.remove(bpy.data.objects["wall 3"]),
+        "'wall 3' (gone), 'mesh.003' (gone)",
+    ),
+    "resident": (lambda: edit(bpy.data.objects["Adult"], "angen_resident", speed=0.5), "'Adult'"),
+}
+
+
+def list_lines() -> list[str]:
+    return [text for text in drawn("ANGEN_PT_day").labels if "stale" in text]
+
+
+@pytest.mark.parametrize("is_shown", [False, True], ids=["", "shown"])
+@pytest.mark.parametrize("name", CHANGED)
+def test_a_list_of_other_settings_or_of_another_home_is_stale(
+    scene: Any, name: str, is_shown: bool
+) -> None:
+    """The panel says why, and a click shows no other day than the panel names."""
+    bpy.ops.angen.day_read()
+    if is_shown:
+        bpy.ops.angen.day_show(index=1)
+    bpy.context.view_layer.update()
+    assert list_lines() == [] and bpy.ops.angen.day_show.poll()
+    before = state(scene)
+    make, what = CHANGED[name]
+    make()
+    bpy.context.view_layer.update()
+    told = " ".join(drawn("ANGEN_PT_day").labels)
+    assert f"The list is stale, changed since: {what}. Read Day again" in told
+    for show, given in ((bpy.ops.angen.day_show, {"index": 2}), (bpy.ops.angen.day_go, {})):
+        with pytest.raises(RuntimeError, match=f"stale, changed since: .*{what.split(' (')[0]}"):
+            show(**given)
+    if is_shown:
+        bpy.ops.angen.day_leave()
+        bpy.context.view_layer.update()
+        assert what in " ".join(drawn("ANGEN_PT_day").labels)
+    elif name != "wall":
+        assert np.allclose(state(scene), before, atol=1e-6)
+
+
+@pytest.mark.parametrize("is_shown", [False, True], ids=["", "shown"])
+def test_what_does_not_change_the_day_leaves_the_list_fresh(
+    scene: Any, world: Any, is_shown: bool
+) -> None:
+    bpy.ops.angen.day_read()
+    if is_shown:
+        bpy.ops.angen.day_show(index=1)
+    world.pir("new").location = (1, 1, 2)
+    bpy.data.objects["PIR left"].location.z += 0.1
+    bpy.data.objects["PIR right"].name = "Hall"
+    scene.angen_seed, scene.angen_day.time, scene.angen_day.out = 3, "08:00", "out"
+    world.link("Camera", bpy.data.cameras.new("Camera"))
+    bpy.data.lights["Lamp"].color = (1.0, 0.5, 0.5)
+    bpy.ops.angen.simulate(frame_end=scene.frame_start + 5)
+    scene.frame_set(scene.frame_start + 7)
+    bpy.context.view_layer.update()
+    assert list_lines() == []
+    assert bpy.ops.angen.day_show(index=2) == {"FINISHED"}
+    assert bpy.ops.angen.day_leave() == {"FINISHED"}
+    bpy.context.view_layer.update()
+    assert list_lines() == []
+
+
+def test_a_change_taken_back_makes_the_list_fresh_again(scene: Any, tmp_path: Path) -> None:
+    bpy.ops.angen.day_read()
+    bpy.ops.angen.day_show(index=1)
+    scene.angen_day.seed = 5
+    assert list_lines()
+    scene.angen_day.seed = 1
+    assert list_lines() == []
+    move("Seat")
+    bpy.context.view_layer.update()
+    assert list_lines()
+    # After saving, the list is stale still.
+    scene = reopened(tmp_path / "moved.blend")
+    bpy.context.view_layer.update()
+    assert list_lines() and not bpy.ops.angen.day_show.poll()
+    bpy.data.objects["Seat"].location.x -= 0.25
+    bpy.context.view_layer.update()
+    assert list_lines() == []
+    assert bpy.ops.angen.day_show(index=2) == {"FINISHED"}
+    # What was read anew is fresh, and Undo brings the former list back.
+    bpy.ops.angen.day_leave()
+    bpy.ops.ed.undo_push(message="left")
+    scene.angen_day.seed = 5
+    bpy.ops.ed.undo_push(message="seed")
+    bpy.ops.angen.day_read()
+    bpy.ops.ed.undo_push(message="read")
+    assert list_lines() == []
+    first = [item.start for item in scene.angen_day.done]
+    bpy.ops.ed.undo()
+    assert list_lines() and [i.start for i in bpy.context.scene.angen_day.done] != first
+    bpy.ops.ed.undo()
+    assert list_lines() == []
+    bpy.ops.angen.day_show(index=1)
+    scene = bpy.context.scene
+    assert scene.frame_current == pytest.approx(1 + 10 * scene.angen_day.done[1].start, abs=1)
+
+
+def test_a_routine_file_edited_on_disk_makes_the_list_stale(scene: Any, lived_home: Path) -> None:
+    path = lived_home.parent / "week.toml"
+    scene.angen_day.text, scene.angen_day.routine = None, "//week.toml"
+    bpy.ops.angen.day_read()
+    assert list_lines() == []
+    path.write_text(ROUTINE.replace("90 min", "95 min"), encoding="utf-8")
+    assert "Routine" in " ".join(drawn("ANGEN_PT_day").labels)
+    assert not bpy.ops.angen.day_go.poll()
+    bpy.ops.angen.day_read()
+    assert list_lines() == []
+    path.unlink()
+    assert list_lines()
+
+
+def test_esc_while_a_changed_home_is_read_leaves_the_list_stale(
+    scene: Any, addon_part: Any
+) -> None:
+    bpy.ops.angen.day_read()
+    bpy.ops.angen.day_show(index=1)
+    bpy.data.objects["Seat"].location.x += 0.25
+    bpy.context.view_layer.update()
+    work = addon_part("residents.operators.day").ANGEN_OT_day_read._begin(None, bpy.context)
+    next(work)
+    with pytest.raises(addon_part("angen_addon.progress").Enough):
+        work.throw(addon_part("angen_addon.progress").Enough)
+    scene.frame_set(scene.frame_current + 1)
+    assert scene.angen_day.before and list_lines()
+
+
+def test_another_place_on_earth_gives_the_shown_activity_its_light(scene: Any, world: Any) -> None:
+    sun = world.link("Sun", bpy.data.lights.new("Sun", "SUN"))
+    sun.data.energy, sun.rotation_euler = 2.0, (math.radians(60), 0, 0)
+    world.sensor("LIGHT", "lux", method="ILLUMINANCE", samples=1).location = (1.5, 3.0, 1.0)
+    site = scene.angen_site
+    site.latitude, site.longitude, site.utc_offset = math.radians(59), math.radians(18), 1
+    bpy.ops.angen.day_read()
+    bpy.ops.angen.day_show(index=1)
+    north = sun.data.energy
+    site.latitude = math.radians(0)
+    assert bpy.ops.angen.day_show(index=1) == {"FINISHED"}
+    assert sun.data.energy > 1.2 * north
+    bpy.ops.angen.day_leave()
+    assert sun.data.energy == 2.0
+
+
+def rename(collection: Any, name: str) -> None:
+    collection[name].name = f"{name} of the hall"
+
+
+RENAMED = {
+    "a door": lambda: rename(bpy.data.objects, "Door"),
+    "two objects with each other's names": lambda: swap(bpy.data.objects, "Door", "Fan"),
+    "a lamp": lambda: rename(bpy.data.objects, "Lamp"),
+    "the light of a lamp": lambda: rename(bpy.data.lights, "Lamp"),
+    "a resident": lambda: rename(bpy.data.objects, "Adult"),
+    "the home's own action": lambda: rename(bpy.data.actions, "FanAction"),
+    "the day's action": lambda: rename(bpy.data.actions, "Day Door"),
+    "a bone": lambda: rename(bpy.data.objects["Adult"].data.bones, "chest"),
+}
+
+
+def swap(collection: Any, one: str, other: str) -> None:
+    first, second = collection[one], collection[other]
+    first.name, second.name = "x", one
+    first.name = other
+
+
+@pytest.mark.parametrize("saved", [False, True], ids=["", "saved"])
+@pytest.mark.parametrize("renamed", RENAMED)
+def test_what_is_renamed_while_a_day_is_shown_is_restored(
+    scene: Any, tmp_path: Path, renamed: str, saved: bool
+) -> None:
+    """Objects are known by identity, also after saving."""
+
+    def objects() -> list[Any]:
+        rig = bpy.data.objects["Adult"]
+        found = [bpy.data.objects[name] for name in ("Door", "Fan", "Adult", "Adult body")]
+        return [*found, *rig.pose.bones]
+
+    def names() -> list[str]:
+        bones = [bone.name for bone in bpy.data.objects["Adult"].pose.bones]
+        return ["Door", "Fan", "Adult", "Adult body", *bones]
+
+    before, wanted, count = state(scene), names(), len(bpy.data.actions)
+    bpy.data.objects["Fan"].animation_data.action.name = "FanAction"
+    bpy.ops.angen.day_read()
+    bpy.ops.angen.day_show(index=1)
+    scene.frame_set(scene.frame_start + 40)
+    assert not np.allclose(state(scene), before, atol=1e-3)
+    RENAMED[renamed]()
+    if saved:
+        scene = reopened(tmp_path / "renamed.blend")
+    bpy.ops.angen.day_leave()
+    scene.frame_set(20)
+    # Back to the names, by the same changes.
+    for collection in (
+        bpy.data.objects,
+        bpy.data.lights,
+        bpy.data.actions,
+        *(armature.bones for armature in bpy.data.armatures),
+    ):
+        for one in collection:
+            one.name = one.name.removesuffix(" of the hall")
+    if renamed.startswith("two"):
+        RENAMED[renamed]()
+    assert names() == wanted and len(objects()) == len(wanted)
     assert np.allclose(state(scene), before, atol=1e-6)
+    assert len(bpy.data.actions) == count
+    assert bpy.data.objects["Fan"].animation_data.action.name == "FanAction"
+    moved = bpy.data.objects["Door"], bpy.data.lights["Lamp"]
+    assert all(one.animation_data is None for one in moved)
+
+
+def test_a_copy_made_while_a_day_is_shown_stays_where_it_was_made(scene: Any) -> None:
+    bpy.ops.angen.day_read()
+    bpy.ops.angen.day_show(index=1)
+    scene.frame_set(scene.frame_start + 40)
+    door, copy = bpy.data.objects["Door"], bpy.data.objects["Door"].copy()
+    scene.collection.objects.link(copy)
+    copy.animation_data.action = door.animation_data.action.copy()
+    own = bpy.data.objects["Fan"]
+    own.keyframe_insert("scale", frame=scene.frame_current)
+    place = copy.matrix_basis.copy()
+    assert bpy.ops.angen.day_leave() == {"FINISHED"}
+    for frame in (1, 30):
+        scene.frame_set(frame)
+        assert copy.matrix_basis == place
+    assert not [action for action in bpy.data.actions if action.name.startswith("Day")]
+
+
+def test_leaving_the_day_names_what_cannot_be_restored(scene: Any) -> None:
+    bpy.ops.angen.day_read()
+    bpy.ops.angen.day_show(index=1)
+    rig = bpy.data.objects["Adult"]
+    bpy.context.view_layer.objects.active = rig
+    bpy.ops.object.mode_set(mode="EDIT")
+    rig.data.edit_bones.remove(rig.data.edit_bones["head"])
+    bpy.ops.object.mode_set(mode="OBJECT")
+    bpy.data.objects.remove(bpy.data.objects["Fan"])
+    assert bpy.ops.angen.day_leave() == {"FINISHED"}
+    assert not scene.angen_day.before and not scene.angen_day.earlier
+    assert bpy.data.objects["Door"].animation_data is None
 
 
 @pytest.mark.parametrize("day", ["0001-01-01", "9999-12-30", "9999-12-31"])

@@ -139,6 +139,10 @@ def state() -> dict[str, Any]:
     }  # fmt: skip
 
 
+def named_data() -> list[Any]:
+    return [*bpy.data.objects, *bpy.data.lights, *bpy.data.materials]
+
+
 def lux_of_a_minute() -> list[float]:
     """Return the illuminance of a day's first 100 s at 10, 50 and 90 s."""
     run, sensors = part("residents.blender.run"), part("angen_addon.scene.sensors")
@@ -177,8 +181,9 @@ def test_switching_a_lamp_off_takes_all_its_light_and_no_other(home, kind) -> No
     assert state() == before
 
 
+@pytest.mark.parametrize("renamed", [False, True], ids=["", "renamed"])
 @pytest.mark.parametrize("kind", [shared, driven, glowing_group])
-def test_a_shown_day_gives_lamps_back_after_saving(home, tmp_path, kind) -> None:
+def test_a_shown_day_gives_lamps_back_after_saving(home, tmp_path, kind, renamed) -> None:
     shown = part("residents.blender.shown")
     timeline, places = part("residents.acting.timeline"), part("residents.acting.places")
     lamp = bpy.data.objects["Lamp"]
@@ -191,12 +196,17 @@ def test_a_shown_day_gives_lamps_back_after_saving(home, tmp_path, kind) -> None
     at = np.zeros(3)
     found = places.Places({}, {}, {"Lamp": places.LampPlace("Lamp", "Lamp", at)})
     shown.show(home.scene, acted, found, {}, light, date(2026, 3, 2), 0.0, 10.0)
+    names = {one: one.name for one in named_data()} if renamed else {}
+    for one, name in names.items():
+        one.name = f"{name} of the hall"
     path = str(tmp_path / "shown.blend")
     bpy.ops.wm.save_as_mainfile(filepath=path)
     bpy.ops.wm.open_mainfile(filepath=path)
     assert state() != before
     assert shown.leave(bpy.context.scene) == []
     bpy.context.view_layer.update()
+    for one in named_data():
+        one.name = one.name.removesuffix(" of the hall")
     assert state() == before
 
 

@@ -41,7 +41,8 @@ def with_unit(label: str, unit: str, scene: Any = None) -> str:
 
     In a scene without units, Blender shows only the unit of angles.
     """
-    shown = ("rad",) if scene is not None and scene.unit_settings.system == "NONE" else (*SUBTYPES, SPEED)
+    is_plain = scene is not None and scene.unit_settings.system == "NONE"
+    shown = ("rad",) if is_plain else (*SUBTYPES, SPEED)
     return label if unit in ("", READING, *shown) else f"{label} ({unit})"
 
 

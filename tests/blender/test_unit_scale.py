@@ -29,6 +29,7 @@ def scaled(world):
 
 # Forces on pads.
 
+
 @pytest.mark.parametrize(
     ("scale", "is_typed"),
     [(s, False) for s in (0.01, 0.001, 0.0254, 0.3048, 10.0)]

@@ -71,8 +71,8 @@ class FrameWorld:
         render = scene.render
         self._frame_time = render.fps_base / render.fps
         world = scene.rigidbody_world
-        # The engine reads the stored gravity as Blender units: what falls more slowly than by gravity
-        # in m/s² is a motion in slower time.
+        # The engine reads the stored gravity in Blender units. What falls more slowly than by
+        # gravity in m/s² is a motion in slower time.
         slow = metres / gravity_factor(scene.gravity, metres)
         self._time_scale = math.sqrt(slow) * (world.time_scale if world is not None else 1.0)
         self._nodes: dict[Key, Node] = {}
@@ -97,9 +97,7 @@ class FrameWorld:
         # are used.
         settings = self._states[1].settings
         if key not in settings:
-            settings[key] = read_settings(
-                self._evaluated(self._bodies.by_key[key]), self._metres
-            )
+            settings[key] = read_settings(self._evaluated(self._bodies.by_key[key]), self._metres)
         return settings[key]
 
     def node(self, key: Key) -> Node:

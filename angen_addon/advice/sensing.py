@@ -18,7 +18,8 @@ from ..scene.forces.bodies import rigid_bodies
 from ..scene.instances import with_instanced
 from ..scene.light import materials
 from ..scene.rays.solids import SURFACE_TYPES
-from ..scene.sensors import Sensor, read_parameters
+from ..scene.sensors import Sensor, read_parameters, unit_scale
+from ..scene.units import kilograms
 
 
 def warm_up(sensor: Any, scene: Any) -> Advice | None:
@@ -106,9 +107,10 @@ def sinks(pad: Any, scene: Any) -> Advice | None:
     if not heavier:
         return None
     worst = max(heavier, key=lambda body: body.rigid_body.mass)
+    masses = [kilograms(body.rigid_body, unit_scale(scene)) for body in (pad, worst)]
     return Advice(
-        f"It is an active rigid body of {pad.rigid_body.mass:g} kg: it sinks under heavier bodies, "
-        f"such as '{worst.name}' ({worst.rigid_body.mass:g} kg)",
+        f"It is an active rigid body of {masses[0]:g} kg: it sinks under heavier bodies, such as "
+        f"'{worst.name}' ({masses[1]:g} kg)",
         "Make it passive, or remove its rigid body",
     )
 

@@ -14,7 +14,7 @@ from datetime import time as time_of_day
 from typing import Any
 
 import numpy as np
-from angen_sensors.angen_addon.runtime import skipping
+from angen_sensors.angen_addon.runtime import stillness
 from angen_sensors.residents.blender import run as living
 from angen_sensors.residents.blender.run import Household, Plan
 
@@ -98,15 +98,15 @@ def _checked(count: int, seconds: float) -> dict[str, Any]:
             progress("days", len(found["stretches"]), 2 * count, found["stretches"][-1])
             stretch = household, number, (begin, begin + seconds)
             fast, skipping_s = _stretch(*stretch)
-            find, most = skipping.find_stillness, living.MOST_MOVEMENT
-            skipping.find_stillness = lambda *_: skipping.Stillness(
+            find, most = stillness.find_stillness, living.MOST_MOVEMENT
+            stillness.find_stillness = lambda *_: stillness.Stillness(
                 np.empty((0, 2)), ("as a reference",)
             )
             living.MOST_MOVEMENT = 1e9
             try:
                 plain, plain_s = _stretch(*stretch)
             finally:
-                skipping.find_stillness, living.MOST_MOVEMENT = find, most
+                stillness.find_stillness, living.MOST_MOVEMENT = find, most
             found["seconds"] += seconds
             found["sensors"] += len(plain)
             found["same"] += sum(plain[name] == fast[name] for name in plain)

@@ -13,6 +13,8 @@ from ..angen_addon.advice import sensing
 from ..angen_addon.advice.sensing import may_be_simulated
 from ..angen_addon.scene.bearers import bearer, candidates, has_mass
 from ..angen_addon.scene.instances import is_sensor
+from ..angen_addon.scene.sensors import unit_scale
+from ..angen_addon.scene.units import kilograms
 from ..angen_addon.view.panel_parts import (
     PhysicsTab,
     Sidebar,
@@ -50,15 +52,15 @@ class _Weight:
         held.active = has_mass(obj)
         draw_property(held, scene, obj.angen_load, "tolerance", "Tolerance", "m")
         if may_be_simulated(obj):
-            _draw_simulated(layout, obj)
+            _draw_simulated(layout, scene, obj)
         elif has_mass(obj):
             _draw_weighed(layout, obj, context.view_layer)
         else:
             _draw_without(layout, obj, context.view_layer)
 
 
-def _draw_simulated(layout: Any, obj: Any) -> None:
-    mass = f"{obj.rigid_body.mass:g} kg"
+def _draw_simulated(layout: Any, scene: Any, obj: Any) -> None:
+    mass = f"{kilograms(obj.rigid_body, unit_scale(scene)):g} kg"
     if has_mass(obj):
         text = (
             "It is an active rigid body, but with this mass it counts as animated, not simulated. "

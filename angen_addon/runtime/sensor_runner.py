@@ -54,6 +54,7 @@ from ..scene.sensors import (
     unit_scale,
 )
 from ..scene.surfaces import SURFACES
+from ..scene.units import kilograms
 from .probes import Probes
 from .trace import CAST, PlacedStep, Query, RaysMet, Read, Swept, Trace
 
@@ -256,7 +257,7 @@ def _own_weight(evaluated: Any, scene: Any, metres: float) -> Array:
     """Return the weight (3,) in N of a pad's own mass; zero without a mass."""
     mass = evaluated.angen_load.mass
     if mass == 0.0 and evaluated.rigid_body is not None:
-        mass = evaluated.rigid_body.mass
+        mass = kilograms(evaluated.rigid_body, metres)
     return gravity_of(scene, metres)[0] * mass
 
 

@@ -22,9 +22,9 @@ from ...sensor_logic.error import AngenError, explained
 from ...sensor_logic.model import Index
 from ...sensor_logic.recording.tracks import Recording, Track
 from ..scene.sensors import Sensor, all_sensors, check, check_names, report_steps, simulated
-from . import handlers, skipping, state
+from . import handlers, state, stillness
+from .moving_scene import MovingScene, moving_scene
 from .sensor_runner import PendingUpdates, SensorRunner
-from .skipping import MovingScene, moving_scene
 from .stage import Agenda, Stage
 from .time_base import clock_of, evaluated_depsgraph
 
@@ -186,7 +186,7 @@ class _Run:
         for runner in runners:
             runner.trace.keeps = follow is not None
         self._exchanges = {self._clock.first_step(e.frame): e for e in exchanges}
-        self._still = skipping.Stillness(skipping.NEVER)
+        self._still = stillness.Stillness(stillness.NEVER)
         self._moving_scene: MovingScene | None = None
         self._stored: set[str] = set()
         self._steps = self._evaluated = 0
@@ -229,7 +229,7 @@ class _Run:
     def _find_what_moves(self, frame: int, alone: bool, batches: bool) -> None:
         """Find at which frames the scene can change, and make the scene of moving objects."""
         needs = {need for runner in self._runners for need in runner.sensor.kind.needs}
-        still = self._still = skipping.find_stillness(self._scene, needs, not alone)
+        still = self._still = stillness.find_stillness(self._scene, needs, not alone)
         self._moving = still.why
         if batches:
             what = self._scene, self._runners, self._stored

@@ -24,9 +24,11 @@ from ...sensor_logic.model import Index
 from ..scene.animation import all_animated, may_set
 from ..scene.surfaces import SURFACES
 from ..scene.timed import frames_to_step_from
+from .moving_scene import MovingScene
+from .pads import Pads
 from .probes import Probes
 from .sensor_runner import PendingUpdates, Read, SensorRunner, SensorSteps
-from .skipping import MovingScene, Pads, Stillness
+from .stillness import Stillness
 from .time_base import clock_of, evaluated_depsgraph
 
 # The steps of a run, and the sensors due at them.

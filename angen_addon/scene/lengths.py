@@ -33,6 +33,7 @@ UNITS = {
 }
 # Units that Blender shows and converts in a field, with the subtype of the property.
 SUBTYPES = {"m": "DISTANCE", "rad": "ANGLE", "s": "TIME_ABSOLUTE"}
+SPEED = "m/s"
 
 
 def with_unit(label: str, unit: str, scene: Any = None) -> str:
@@ -40,7 +41,8 @@ def with_unit(label: str, unit: str, scene: Any = None) -> str:
 
     In a scene without units, Blender shows only the unit of angles.
     """
-    shown = ("rad",) if scene is not None and scene.unit_settings.system == "NONE" else SUBTYPES
+    is_plain = scene is not None and scene.unit_settings.system == "NONE"
+    shown = ("rad",) if is_plain else (*SUBTYPES, SPEED)
     return label if unit in ("", READING, *shown) else f"{label} ({unit})"
 
 
@@ -77,10 +79,12 @@ def property_group(name: str, properties: dict[str, Any], **common: Any) -> type
     return type(name, (PropertyGroup,), {"__annotations__": annotations})
 
 
-def length_in_units(name: str, label: str, tip: str, precision: int = 3) -> Any:
+def length_in_units(
+    name: str, label: str, tip: str, precision: int = 3, unit: str = "LENGTH"
+) -> Any:
     """Return a bpy property in Blender units for the property `name`, which stores metres.
 
-    It cannot be animated, but the property in metres can.
+    It cannot be animated, but the property in metres can. With the `unit` VELOCITY, it is a speed.
     """
 
     def read(owner: Any) -> float:
@@ -92,7 +96,7 @@ def length_in_units(name: str, label: str, tip: str, precision: int = 3) -> Any:
     return FloatProperty(
         name=label,
         description=tip,
-        subtype="DISTANCE",
+        unit=unit,
         min=0.0,
         precision=precision,
         step=1,

@@ -10,7 +10,7 @@ import bpy
 
 from ...sensor_logic.wording import capital
 from ..runtime import state
-from ..scene.lengths import in_units, with_unit
+from ..scene.lengths import SPEED, in_units, with_unit
 from ..scene.sensors import unit_scale
 
 # Mean width of a letter of Blender's interface font, in pixels at scale 1.
@@ -98,10 +98,10 @@ def draw_property(
 ) -> None:
     """Draw a property with its unit, in the field if Blender supports the unit, else in the label.
 
-    Lengths are stored in metres, and edited in the scene's unit.
+    Lengths and speeds are stored in metres, and edited in the scene's unit.
     """
     text = with_unit(label, unit, scene)
-    of_units = unit == "m" and unit_scale(scene) != 1.0
+    of_units = unit in ("m", SPEED) and unit_scale(scene) != 1.0
     layout.prop(owner, in_units(name) if of_units else name, text=text)
 
 

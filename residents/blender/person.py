@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 import bpy
@@ -135,6 +136,16 @@ def _reduced(points: Array, quads: Index, triangles: int) -> tuple[Array, Index]
     return out.reshape(-1, 3), faces.reshape(-1, 3)
 
 
+# Without the cache, each further body takes 0.6 s more.
+@cache
+def _surfaces(cat: bool) -> list[tuple[Array, Index]]:
+    """Return the points (n, 3) and triangles (m, 3) of each part of a body, before it is scaled."""
+    return [
+        _reduced(*surface.mesh(part.shape, part.low, part.high, part.cell), part.triangles)
+        for part in (cat_parts() if cat else person_parts())
+    ]
+
+
 def _mesh(name: str, sort: Sort) -> bpy.types.Mesh:
     """Return the mesh of all parts of a body.
 
@@ -146,8 +157,9 @@ def _mesh(name: str, sort: Sort) -> bpy.types.Mesh:
     materials: list[int] = []
     owner: list[int] = []
     first = 0
-    for number, part in enumerate(cat_parts() if sort is Sort.CAT else person_parts()):
-        p, f = _reduced(*surface.mesh(part.shape, part.low, part.high, part.cell), part.triangles)
+    cat = sort is Sort.CAT
+    parts = zip(cat_parts() if cat else person_parts(), _surfaces(cat), strict=True)
+    for number, (part, (p, f)) in enumerate(parts):
         points.append(p)
         faces.append(f + first)
         materials += [names.index(part.material)] * len(f)

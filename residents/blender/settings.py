@@ -15,6 +15,7 @@ from mathutils import Euler, Matrix, Vector
 
 from ...angen_addon.advice.warmth import USUAL, warm
 from ...angen_addon.authoring.presets import select_only
+from ...angen_addon.scene.lengths import length_in_units
 from ...angen_addon.scene.sensors import unit_scale
 from ..acting.timeline import SITTING, STANDING
 from ..body import gait as walker
@@ -107,6 +108,10 @@ def _set_mass(group: Any, mass: float) -> None:
         body.angen_load.mass = mass
 
 
+SPEED_TIP = "Usual walking speed, which also sets the length of steps"
+STATURE_TIP = "Height of the body, or of a cat's back; sets the scale of the armature"
+
+
 class ANGEN_PG_resident(PropertyGroup):
     sort: EnumProperty(
         name="Type",
@@ -118,21 +123,23 @@ class ANGEN_PG_resident(PropertyGroup):
     )
     speed: FloatProperty(
         name="Speed",
-        description="Usual walking speed, which also sets the length of steps",
+        description=SPEED_TIP,
         default=1.1, min=0.05, soft_min=0.3, soft_max=1.6, unit="VELOCITY",
     )  # fmt: skip
+    speed_in_units: length_in_units("speed", "Speed", SPEED_TIP, unit="VELOCITY")
     stature: FloatProperty(
         name="Stature",
-        description="Height of the body, or of a cat's back; sets the scale of the armature",
+        description=STATURE_TIP,
         get=_get_stature, set=_set_stature, min=0.05, soft_max=2.2, precision=3, unit="LENGTH",
     )  # fmt: skip
+    stature_in_units: length_in_units("stature", "Stature", STATURE_TIP)
     # The armature's own scale when the stature was set, and what its parent then scaled it by.
     kept_scale: FloatProperty(options={"HIDDEN"})
     kept_above: FloatProperty(options={"HIDDEN"}, default=1.0)
     mass: FloatProperty(
         name="Mass",
         description="Mass with which the body weighs on pads",
-        get=_get_mass, set=_set_mass, min=0.0, soft_max=150.0, unit="MASS",
+        get=_get_mass, set=_set_mass, min=0.0, soft_max=150.0,
     )  # fmt: skip
     walking_frame: PointerProperty(
         name="Walking Frame",

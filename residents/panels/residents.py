@@ -8,6 +8,7 @@ from typing import Any
 import bpy
 from bpy.types import Context, Panel
 
+from ...angen_addon.scene.lengths import SPEED
 from ...angen_addon.view.panel_parts import (
     PhysicsTab,
     Sidebar,
@@ -41,8 +42,8 @@ class _Resident:
         column = layout.column()
         column.use_property_split = has_name_column()
         draw_row(column, "Type", LABELS[Sort(settings.sort)])
-        column.prop(settings, "speed")
-        column.prop(settings, "stature")
+        draw_property(column, scene, settings, "speed", "Speed", SPEED)
+        draw_property(column, scene, settings, "stature", "Stature", "m")
         if body_of(rig) is None:
             draw_lines(
                 layout,
@@ -50,7 +51,7 @@ class _Resident:
                 "ERROR",
             )
             return
-        column.prop(settings, "mass")
+        draw_property(column, scene, settings, "mass", "Mass", "kg")
         warmth = body_of(rig).angen_warmth
         is_cat = settings.sort == Sort.CAT.value
         draw_property(column, scene, warmth, "temperature", "Skin", "°C")

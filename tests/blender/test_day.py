@@ -18,7 +18,7 @@ import day_home
 import numpy as np
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.explain.explain import explain
-from bl_ext.user_default.angen_sensors.angen_addon.runtime import skipping
+from bl_ext.user_default.angen_sensors.angen_addon.runtime import stillness
 from bl_ext.user_default.angen_sensors.angen_addon.scene.sensors import all_sensors
 from bl_ext.user_default.angen_sensors.residents.blender import daylight, run
 from bl_ext.user_default.angen_sensors.residents.blender.daylight import Daylight
@@ -61,8 +61,8 @@ def test_a_day_reads_what_every_frame_of_it_does(
     found = run_day(world, acted, seed, keys)
     assert len(keys.shown) > 3 and found.steps.evaluated < 0.2 * found.steps.steps
 
-    every = skipping.Stillness(np.empty((0, 2)), ("as a reference",))
-    monkeypatch.setattr(skipping, "find_stillness", lambda *_: every)
+    every = stillness.Stillness(np.empty((0, 2)), ("as a reference",))
+    monkeypatch.setattr(stillness, "find_stillness", lambda *_: every)
     monkeypatch.setattr(run, "MOST_MOVEMENT", 1e9)
     whole = day_home.BoxKeys()
     plain = run_day(world, acted, seed, whole)
@@ -176,8 +176,8 @@ def test_a_random_stretch_reads_what_every_frame_of_it_does(
 
     monkeypatch.setattr(run, "MOST_MOVEMENT", 3.0)
     found, steps = stretch()
-    every = skipping.Stillness(np.empty((0, 2)), ("as a reference",))
-    monkeypatch.setattr(skipping, "find_stillness", lambda *_: every)
+    every = stillness.Stillness(np.empty((0, 2)), ("as a reference",))
+    monkeypatch.setattr(stillness, "find_stillness", lambda *_: every)
     monkeypatch.setattr(run, "MOST_MOVEMENT", 1e9)
     plain, plain_steps = stretch()
     assert steps.evaluated < plain_steps.evaluated == plain_steps.steps == steps.steps, told

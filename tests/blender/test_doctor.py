@@ -281,6 +281,17 @@ def test_a_short_rigid_body_cache_is_told(home, physics, examine):
     assert found[0].mend.startswith("Set its end")
 
 
+def test_a_body_that_may_be_let_go_late_is_told(home, physics, examine):
+    crate = physics.body("Crate", (0.1, 0.1, 0.1), (0, 1, 1), 5.0)
+    for frame, held in ((1, True), (10, False)):
+        crate.rigid_body.kinematic = held
+        crate.keyframe_insert("rigid_body.kinematic", frame=frame)
+    (finding,) = [one for one in examine() if "a frame late" in one.text]
+    assert finding.check == "physics" and "'Crate'" in finding.text
+    crate.keyframe_insert("location", frame=1)
+    assert not [one for one in examine() if "a frame late" in one.text]
+
+
 def test_an_active_mesh_is_told_with_its_margin(home, physics, examine):
     crate = physics.body("Crate", (0.1, 0.1, 0.1), (0, 1, 1), 5.0, shape="MESH")
     (finding,) = [one for one in examine() if one.check == "margins"]
@@ -301,7 +312,7 @@ def test_a_lamp_that_is_keyed_is_told_though_it_is_off_now(home, examine):
 
 def test_every_check_has_a_bad_home():
     tested = {*BAD, "scale", "movement", "physics", "files", "eevee", "unplaced", "margins"}
-    tested |= {"idle_keys", "rooms", "residents", "lamps"}
+    tested |= {"units", "idle_keys", "rooms", "residents", "lamps"}
     assert set(CHECKS) == tested
 
 

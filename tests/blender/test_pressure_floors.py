@@ -302,6 +302,7 @@ def test_animated_on_top_of_a_simulated_one(physics, crate):
 def test_until_it_is_let_go(physics, crate):
     keys = {1: True, 5: False}
     physics.world.key(crate, "rigid_body.kinematic", keys, "CONSTANT")
+    crate.keyframe_insert("location", frame=1)
     found = physics.read()
     assert not found.valid[:4].any() and "it is Animated" in found.problem[2]
     assert found.known(after=6) == pytest.approx(5.0 * G, abs=1e-4)

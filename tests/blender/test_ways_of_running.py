@@ -16,7 +16,7 @@ import bpy
 import numpy as np
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.commands.home import ProgressLine
-from bl_ext.user_default.angen_sensors.angen_addon.runtime import skipping, stage, state
+from bl_ext.user_default.angen_sensors.angen_addon.runtime import moving_scene, stage, state
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.sensor_runner import SensorRunner
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.simulation import simulate
 from bl_ext.user_default.angen_sensors.angen_addon.scene.rays import frames
@@ -102,7 +102,7 @@ def test_each_way_of_running_reads_the_same(
     monkeypatch.setattr(stage, "PROGRESS_INTERVAL", 1e9)
     for batches, (most, least) in BATCHES.items():
         monkeypatch.setattr(frames, "MOST_FRAMES", most)
-        monkeypatch.setattr(skipping, "LEAST_OBJECTS", least)
+        monkeypatch.setattr(moving_scene, "LEAST_OBJECTS", least)
         assert run(world)[0] == plain, f"in batches {batches}"
     # Nodes that read the whole scene keep their objects in it.
     assert len(bpy.data.scenes) == scenes
@@ -135,7 +135,7 @@ def test_radars_measure_the_same_speeds_in_each_way_of_running(
     monkeypatch.setattr(stage, "PROGRESS_INTERVAL", 1e9)
     for batches, (most, least) in BATCHES.items():
         monkeypatch.setattr(frames, "MOST_FRAMES", most)
-        monkeypatch.setattr(skipping, "LEAST_OBJECTS", least)
+        monkeypatch.setattr(moving_scene, "LEAST_OBJECTS", least)
         assert speeds() == plain, f"in batches {batches}"
 
 

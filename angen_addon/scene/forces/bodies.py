@@ -20,6 +20,7 @@ from ..bearers import armatures, bearer, candidates
 from ..instances import Uid, chain
 from ..rays.solids import Solid, Solids
 from ..sensors import is_placed
+from ..units import kilograms
 from .colliders import Collider, rigid_body_collider, surface_collider
 
 # Friction of objects without a rigid body.
@@ -52,8 +53,11 @@ class BodySettings:
     angular_damping: float = 0.0
 
 
-def read_settings(evaluated: Any) -> BodySettings:
-    """Return the physical settings of an evaluated object."""
+def read_settings(evaluated: Any, metres: float) -> BodySettings:
+    """Return the physical settings of an evaluated object.
+
+    `metres` is the length of a Blender unit.
+    """
     load = float(evaluated.angen_load.mass)
     body = evaluated.rigid_body
     if body is None:
@@ -61,7 +65,7 @@ def read_settings(evaluated: Any) -> BodySettings:
     return BodySettings(
         load,
         is_simulated(evaluated),
-        body.mass,
+        kilograms(body, metres),
         body.friction,
         body.linear_damping,
         body.angular_damping,

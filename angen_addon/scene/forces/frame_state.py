@@ -10,6 +10,7 @@ import numpy as np
 from ....sensor_logic.forces.world import Support
 from ....sensor_logic.model import Array
 from ..rays.solids import Solids
+from ..units import gravity_factor
 from .bodies import MARGIN, BodySettings, ContactBodies, ContactBody, Key
 from .posed_bodies import PosedBody, posed_body
 
@@ -94,8 +95,13 @@ class FrameState:
 
 
 def gravity_of(scene: Any, metres: float) -> tuple[Array, Array]:
-    """Return gravity (3,) in m/s² as the physics engine uses it, and the unit vector against it."""
-    gravity = np.array(scene.gravity, np.float64) * metres if scene.use_gravity else np.zeros(3)
+    """Return gravity (3,) in m/s², and the unit vector against it.
+
+    `metres` is the length of a Blender unit. The field weights of the physics engine count.
+    """
+    gravity = np.array(scene.gravity, np.float64) * gravity_factor(scene.gravity, metres)
+    if not scene.use_gravity:
+        gravity = np.zeros(3)
     if scene.rigidbody_world is not None:
         weights = scene.rigidbody_world.effector_weights
         gravity *= weights.gravity * weights.all

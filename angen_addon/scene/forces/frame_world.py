@@ -7,6 +7,7 @@ so that the body moves as it does. A `Node` is a body as this calculation uses i
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -19,6 +20,7 @@ from ....sensor_logic.forces.patches import contact_patch
 from ....sensor_logic.forces.shapes import Shape, perpendiculars
 from ....sensor_logic.forces.world import Constraint, Node, RequiredLoad, Support
 from ....sensor_logic.model import Array
+from ..units import gravity_factor
 from .bodies import (
     FIELDS,
     FRICTION,
@@ -69,7 +71,10 @@ class FrameWorld:
         render = scene.render
         self._frame_time = render.fps_base / render.fps
         world = scene.rigidbody_world
-        self._time_scale = world.time_scale if world is not None else 1.0
+        # The engine reads the stored gravity in Blender units. What falls more slowly than by
+        # gravity in m/s² is a motion in slower time.
+        slow = metres / gravity_factor(scene.gravity, metres)
+        self._time_scale = math.sqrt(slow) * (world.time_scale if world is not None else 1.0)
         self._nodes: dict[Key, Node] = {}
         self._required: dict[Key, RequiredLoad] = {}
         self._constraints: dict[Key, list[Constraint]] | None = None
@@ -92,7 +97,7 @@ class FrameWorld:
         # are used.
         settings = self._states[1].settings
         if key not in settings:
-            settings[key] = read_settings(self._evaluated(self._bodies.by_key[key]))
+            settings[key] = read_settings(self._evaluated(self._bodies.by_key[key]), self._metres)
         return settings[key]
 
     def node(self, key: Key) -> Node:

@@ -95,7 +95,7 @@ class ContactTracker:
         for pad in due:
             for key in _reachable(self._bodies.pads[pad], state, self._bodies, state.up):
                 original = self._bodies.by_key[key].original
-                state.settings[key] = read_settings(original.evaluated_get(depsgraph))
+                state.settings[key] = read_settings(original.evaluated_get(depsgraph), metres)
                 if key in state.posed and key not in state.supports:
                     body, posed = self._bodies.by_key[key], state.posed[key]
                     state.supports[key] = find_supports(around, body, posed)

@@ -108,7 +108,7 @@ class CyclesScene(LightScene):
                 setattr(render, prop.identifier, False)
         scene.camera = camera(self.own)
         scene.collection.objects.link(scene.camera)
-        self.groups = LightGroups(self, self._lamps)
+        self.groups = LightGroups(self, self._user_scene, self._lamps)
 
     def _lamp(self, obj: Any, lamp: Any) -> Any | None:
         return self.groups.add(self.own(lamp.copy()) if lamp is obj else lamp, obj.name)

@@ -16,6 +16,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Hashable, Iterable
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,8 @@ from ....sensor_logic.model import Array, LightShare
 from ..animation import curves, is_animated
 from ..changes import POWER, tint_of
 from ..facts import present_facts
+from ..sensors import unit_scale
+from ..units import light_factor
 from .materials import has_nodes
 
 # W: the power of a lamp if the power of all lamps is unknown.
@@ -70,15 +73,22 @@ class LightGroups:
     """The light groups of a light scene.
 
     All lamps except suns get the same power. It is the median of the powers of `lamps`, which are
-    `bpy.types.Light` data.
+    `bpy.types.Light` data. `scene` is the user's scene.
     """
 
-    def __init__(self, light_scene: Any, lamps: Iterable[Any]) -> None:
+    def __init__(self, light_scene: Any, scene: Any, lamps: Iterable[Any]) -> None:
         self._light_scene = light_scene
         self._groups: dict[int, _Group] = {}
         self._strength: Callable[[], float] | None = None
         self._world_share = 1.0
-        known = [power for data in lamps if data.type != "SUN" and (power := _highest_power(data))]
+        self._factor = partial(light_factor, scene=scene)
+        # The power, per square Blender unit, that gives as much light as a watt does per m².
+        self._of_watt = 1.0 / unit_scale(scene) ** 2
+        known = [
+            power * self._factor(data) / self._of_watt
+            for data in lamps
+            if data.type != "SUN" and (power := _highest_power(data))
+        ]
         self._power = float(np.median(known)) if known else LAMP
 
     def add(self, lamp: Any, user: str) -> Any | None:
@@ -92,7 +102,8 @@ class LightGroups:
         if group is None:
             if _highest_power(data) == 0.0:
                 return None
-            power = SUN * self._power if data.type == "SUN" else self._power
+            share = SUN if data.type == "SUN" else self._of_watt
+            power = share * self._power
             name = f"lamp{len(self._groups):05d}"
             group = self._groups[data.session_uid] = _Group(name, data, power)
             self._light_scene.view_layer.lightgroups.add(name=name)
@@ -167,7 +178,10 @@ class LightGroups:
 
         A factor is the power in the user's scene divided by the power in the light scene.
         """
-        found = [g.data.energy * tint_of(g.data) / g.power for g in self._groups.values()]
+        found = [
+            g.data.energy * self._factor(g.data) * tint_of(g.data) / g.power
+            for g in self._groups.values()
+        ]
         if self._strength:
             found.append(np.full(3, self._strength()))
         return np.array(found).reshape(-1, 3)

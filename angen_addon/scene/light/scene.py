@@ -27,7 +27,9 @@ from ..changes import SEEN_OF_OBJECT, object_values
 from ..facts import facts_of
 from ..instances import is_holder, shown_in, shown_objects
 from ..marks import LIGHT_MARK
+from ..sensors import unit_scale
 from ..timed import FILM_SOURCES, INSTANCING_MODIFIERS, is_simulated
+from ..units import light_factor, peak_power
 from .materials import Panes, glass_of, glows
 
 # Simulated objects: plain objects with their present shape replace them in a light scene.
@@ -380,7 +382,7 @@ class LightScene:
         shown = self.own(bpy.data.collections.new(".angen_light"))
         housings = Housings()
         panes = Panes(self._user_scene, self._user_layer.depsgraph, self.own)
-        instances = Instances(self.own, housings, panes)
+        instances = Instances(self.own, self._user_scene, housings, panes)
         for obj in list(shown_objects(self._user_layer)):
             if not is_left_out(obj, housings):
                 for seen in self._stand_ins(obj):
@@ -409,7 +411,7 @@ class LightScene:
 
         `obj` is the user's lamp. `lamp` is the same object, or a copy that was made for this scene.
         """
-        return lamp
+        return brightened(lamp, self._user_scene, self.own)
 
     def _world(self) -> None:
         """Limit the size of the world's importance map, which Cycles computes at each start."""
@@ -446,7 +448,7 @@ def contents(scene: Any, view_layer: Any, simulated: Simulated) -> Hashable:
         for obj in shown_objects(view_layer)
         if not is_left_out(obj, housings)
     )
-    return scene.world.session_uid if scene.world else 0, shown
+    return scene.world.session_uid if scene.world else 0, shown, _brightness(scene)
 
 
 def _glass(obj: Any, glass: Callable[[Any], Hashable]) -> Iterator[Hashable]:
@@ -538,20 +540,25 @@ class Instances:
     """Makes stand-ins, which replace panes and collection instances in a light scene.
 
     Panes of a stand-in let light pass. Housings, which would shade their light sensors, are left
-    out of collection instances.
+    out of collection instances. Lamps in these are as bright as they are in metres.
 
     Parameters
     ----------
     own
         A function that registers a new datablock and returns it.
+    scene
+        The user's scene.
     housings
         The objects to leave out.
     panes
         Makes the stand-ins for panes.
     """
 
-    def __init__(self, own: Callable[[Any], Any], housings: Container[Any], panes: Panes) -> None:
+    def __init__(
+        self, own: Callable[[Any], Any], scene: Any, housings: Container[Any], panes: Panes
+    ) -> None:
         self._own = own
+        self._scene = scene
         self._housings = housings
         self._panes = panes
         self._differs: dict[Any, bool] = {}
@@ -578,6 +585,7 @@ class Instances:
             self._differs[collection] = any(
                 obj in self._housings
                 or self._panes.is_pane(obj)
+                or (obj.type == "LIGHT" and light_factor(obj.data, self._scene) != 1.0)
                 or (is_holder(obj) and self._is_changed(obj.instance_collection))
                 for obj in shown_in(collection)
             )
@@ -588,9 +596,33 @@ class Instances:
             made = self._made[collection] = self._own(bpy.data.collections.new(".angen_light"))
             made.instance_offset = collection.instance_offset
             for obj in shown_in(collection):
-                if obj not in self._housings:
+                if obj.type == "LIGHT":
+                    made.objects.link(brightened(obj, self._scene, self._own))
+                elif obj not in self._housings:
                     made.objects.link(self.stand_in(obj))
         return self._made[collection]
+
+
+def brightened(lamp: Any, scene: Any, own: Callable[[Any], Any]) -> Any:
+    """Return a lamp, or a copy of it that gives a render the light that the lamp gives in metres.
+
+    Its colour is multiplied, so that the copy still follows the animation of its power.
+    """
+    factor = light_factor(lamp.data, scene)
+    if factor == 1.0:
+        return lamp
+    copy = own(lamp.copy())
+    copy.data = own(lamp.data.copy())
+    copy.data.color = [factor * part for part in copy.data.color]
+    return copy
+
+
+def _brightness(scene: Any) -> Hashable:
+    """Return what the copies that `brightened` makes of a scene's lamps depend on."""
+    if unit_scale(scene) == 1.0:
+        return ()
+    lamps = [data for data in bpy.data.lights if LIGHT_MARK not in data]
+    return tuple((d.session_uid, light_factor(d, scene), peak_power(d), *d.color) for d in lamps)
 
 
 def twins(objects: Iterable[Any], own: Callable[[Any], Any]) -> Any:

@@ -332,7 +332,7 @@ class Cache:
             self.outdate_live()
 
     def take_light(self, scene: Any) -> dict[str, Any]:
-        """Return the live light readings of a scene from before an undo, by sensor, and forget them.
+        """Return and forget the live light readings of a scene from before an undo, by sensor.
 
         They are old: the scene was edited after them.
         """

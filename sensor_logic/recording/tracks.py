@@ -11,11 +11,13 @@ from fractions import Fraction
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..clock import Clock
 from ..kind import Field, Kind
 from ..kinds import KINDS
 from ..model import Reading
+from ..physics import TIME_TOLERANCE_S
 from .columns import Column, EvenSpacing
 
 
@@ -34,6 +36,8 @@ class Track:
         For some fields, the least change that is an event, by name.
     clock
         The time base of frames and times, if known.
+    warm_up
+        The time (s) before which the sensor warms up, so that its readings are not valid.
     columns
         The values of each field by name; NaN for values that were not measured.
     """
@@ -43,6 +47,7 @@ class Track:
     uid: int | tuple[int, ...] = 0
     steps: dict[str, float] = field(default_factory=dict)
     clock: Clock | None = None
+    warm_up: float = 0.0
 
     def __post_init__(self) -> None:
         frames = times = None
@@ -86,6 +91,14 @@ class Track:
                 missing = _missing(column)
                 values = [missing if value is None else value for value in values]
             column.extend(values)
+
+    def invalid(self) -> NDArray[np.bool_]:
+        """Return the mask (n,) of the updates whose reading is not valid."""
+        times = np.asarray(self.times, np.float64)
+        found: NDArray[np.bool_] = times < self.warm_up - TIME_TOLERANCE_S
+        if "valid" in self.columns:
+            found |= np.asarray(self.columns["valid"], np.int8) == 0
+        return found
 
     def renamed(self, sensor: str) -> Track:
         """Return a track with the same readings, of a sensor that is called `sensor` now."""

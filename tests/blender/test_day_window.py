@@ -143,7 +143,7 @@ def test_the_homes_recording_is_kept_aside_and_not_called_stale(
     simulated(addon_part, scene)
     bpy.ops.angen.day_read()
     bpy.ops.angen.day_show(index=1)
-    aside = "Kept aside: frames 1 to 48 of the home"
+    aside = "Kept aside: frames 1 to 48"
     for _ in range(2):
         told = drawn("ANGEN_PT_simulation").labels
         assert aside in told and not any("stale" in text for text in told)

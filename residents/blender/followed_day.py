@@ -120,7 +120,7 @@ def _digest_of_text(text: str) -> str:
 
 
 # Keeps the digests of the last files, as long as these are unchanged.
-# Without it, each redraw reads the file some 30 times.
+# Each redraw reads the file some 30 times without it.
 @lru_cache(maxsize=4)
 def _digest_of_file(path: Path, _changed: int, _size: int) -> str:
     return digest(read_text(path))

@@ -47,7 +47,7 @@ MODULES = (
     "operators.recording",
     "operators.export",
     "operators.export_format",
-    "operators.import_layout",
+    "operators.layout_files",
     "operators.lacking",
     "operators.report",
     "operators.event_jump",

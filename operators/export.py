@@ -11,6 +11,7 @@ from bpy.types import Context, Event, Operator
 from bpy_extras.io_utils import ExportHelper
 
 from ..angen_addon.output.output_files import write
+from ..angen_addon.relative_path import RELATIVE_PATH
 from ..sensor_logic.error import AngenError
 from ..sensor_logic.files import check_folder, file_names
 from ..sensor_logic.log import events_csv, samples_csv
@@ -39,7 +40,7 @@ class ANGEN_OT_export_samples(ExportOptions, Operator):
     bl_description = "Write all updates, one CSV file for each sensor, into a new folder"
 
     drawn = ("folder", *ExportOptions.drawn)
-    directory: StringProperty(name="Folder", subtype="DIR_PATH")
+    directory: StringProperty(name="Folder", subtype="DIR_PATH", options=RELATIVE_PATH)
     folder: StringProperty(
         name="New Folder",
         description="Name of a new folder in the chosen one, with a number if the name exists. "

@@ -11,21 +11,29 @@ from bpy.types import Context, Event, Operator
 
 from ..angen_addon.output.output_files import Exports, Outputs
 from ..angen_addon.output.run_log import log_of_run
+from ..angen_addon.relative_path import RELATIVE_PATH
+from ..angen_addon.view.panel_parts import draw_lines
 from ..sensor_logic.formats import FORMATS
 from .export_options import ExportOptions
 
 ITEMS = [(f.name, f.name, f.tip) for f in FORMATS.values() if f.name != "events"]
 
 
+HOME_ASSISTANT = (
+    "To have these sensors in Home Assistant: the command angen replay sends a log to its broker "
+    "(page Home Assistant of the docs)"
+)
+
+
 class ANGEN_OT_export_format(ExportOptions, Operator):
     bl_idname = "angen.export_format"
     bl_label = "Export for Other Tools"
     bl_description = (
-        "Write the recorded events in the format of another tool: CASAS, ROS 2, pyadlml …"
+        "Write the recorded events in the format of another tool: CASAS, Home Assistant, ROS 2 …"
     )
 
     drawn = ("format", "selected_only")
-    filepath: StringProperty(subtype="FILE_PATH")
+    filepath: StringProperty(subtype="FILE_PATH", options=RELATIVE_PATH)
     format: EnumProperty(name="Format", items=ITEMS)
 
     def invoke(self, context: Context, event: Event) -> set[str]:
@@ -33,6 +41,11 @@ class ANGEN_OT_export_format(ExportOptions, Operator):
         self.filepath = str(Path(bpy.data.filepath).with_name(f"{stem} events"))
         context.window_manager.fileselect_add(self)
         return {"RUNNING_MODAL"}
+
+    def draw(self, context: Context) -> None:
+        super().draw(context)
+        if self.format.startswith("home-assistant"):
+            draw_lines(self.layout, HOME_ASSISTANT, "INFO")
 
     def needing(self) -> str:
         return str(self.format)

@@ -49,7 +49,7 @@ class ANGEN_MT_export(bpy.types.Menu):
         layout.operator("angen.export_report", text="Report (.html, .svg)")
         layout.operator("angen.export_events", text="Events (.csv)")
         layout.operator("angen.export_samples", text="Samples (.csv)")
-        layout.operator("angen.export_format", text="For Other Tools (CASAS, ROS 2 …)")
+        layout.operator("angen.export_format", text="For Other Tools (CASAS, Home Assistant …)")
 
 
 def draw_menu(self: bpy.types.Menu, context: Context) -> None:

@@ -24,6 +24,7 @@ from bpy.props import (
 from bpy.types import Context, Operator, PropertyGroup
 from bpy_extras.io_utils import ExportHelper
 
+from ..angen_addon.relative_path import RELATIVE_PATH
 from ..angen_addon.scene.sensors import Sensor, all_sensors
 from ..angen_addon.view.active import active_sensor
 from ..parts import EXTRAS, install_command
@@ -71,7 +72,7 @@ class AngenStudy(PropertyGroup):
         min=1,
     )
     file: StringProperty(
-        name="Study", subtype="FILE_PATH",
+        name="Study", subtype="FILE_PATH", options=RELATIVE_PATH,
         description="Study file; its report is in the folder of the same name beside it",
     )  # fmt: skip
 

@@ -37,6 +37,8 @@ ARM_BELOW = 0.05
 # m: the search starts this far in front of the leaf, and ends this far behind its face.
 BEFORE, BEHIND = 0.3, 0.3
 
+# Hz. At 1 Hz, the default, a door reads shut for up to a second after it has opened.
+RATE = 10.0
 GUESS = (
     ". Nothing shows where its hinge is: it is assumed at the {}, seen from the switch. To change "
     "that, choose another Motion in Adjust Last Operation (F9)"
@@ -78,6 +80,7 @@ class ANGEN_OT_door_fit(Operator):
         flag = _new_flag(context, leaf_object, leaf, matrix, scale)
         sensor = new_sensor(context, KIND, None, f"Switch {_short_name(leaf_object)}")
         sensor["door"] = leaf_object.name
+        sensor.angen_sensor.update_rate = RATE
         if not (frame.whole and parent_keeping(sensor, frame.object, matrix)):
             sensor.matrix_world = matrix
         context.view_layer.update()

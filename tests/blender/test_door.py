@@ -75,6 +75,7 @@ def test_a_hinged_door_reads_closed_and_from_five_degrees_open(world, yaw, capfd
     door = Door(world, yaw)
     switch = door.fit([door.wall])
     told = capfd.readouterr().out
+    assert bpy.context.object.angen_sensor.update_rate == 10.0
     assert "Fitted the hinged door 'leaf'" in told and "Warning" not in told
     assert not is_open(world, switch)
     for degrees in (5, 7, 10, 20, 45, 60, 75, 90):

@@ -487,6 +487,12 @@ def test_what_is_selected_or_hovered_has_its_label_in_any_crowd(arranged):
     assert at_the_edge[0][2] <= 766 and at_the_edge[1][0] >= 0 and at_the_edge[1][1] >= 0
 
 
+def test_what_is_selected_has_its_label_among_its_own_handles(arranged):
+    around = [(340.0, 240.0, 460.0, 360.0)]
+    assert arranged([(400.0, 300.0)], [(150.0, 17.0)], covered=around) == {}
+    assert list(arranged([(400.0, 300.0)], [(150.0, 17.0)], covered=around, wanted=[0])) == [0]
+
+
 def test_what_is_active_has_its_label_where_idle_ones_crowd_it(arranged):
     """Nearer idle sensors leave no space beside the last; once active, it takes theirs."""
     sizes = [(150.0, 17.0)] * len(CLOSE)

@@ -51,7 +51,8 @@ def arrange(
     order
         The numbers of the markers that may have a label, in the order in which labels are placed.
     wanted
-        The numbers of the labels to place before all others. They may overlap other labels.
+        The numbers of the labels to place before all others. They may overlap other labels, and
+        where nothing else is free what is `covered` too.
     free
         The part of the region for labels.
     covered
@@ -75,7 +76,9 @@ def arrange(
         inside = [plate for plate in plates if _contains(free, plate)]
         found = [p for p in inside if not any(_overlaps(p, other) for other in taken)]
         if number in wanted:
-            found = found or [p for p in inside if not any(_overlaps(p, one) for one in covered)]
+            # The handles of a small sensor can be all around its sign.
+            over = {p: sum(_overlaps(p, one) for one in covered) for p in inside}
+            found = found or [p for p in inside if over[p] == min(over.values())]
         elif number not in first:
             found = [p for p in found if not _count_other_markers(p, markers, number, off)]
         if found:

@@ -12,11 +12,7 @@ import numpy as np
 
 from ..kinds import KINDS
 from ..model import Array
-
-# The colour-blind-safe colours of Okabe and Ito, a brown, an indigo and a teal.
-BLUE, ORANGE, GREEN, PURPLE = "#0072b2", "#d55e00", "#009e73", "#cc79a7"
-YELLOW, SKY, BLACK, BROWN = "#e69f00", "#56b4e9", "#000000", "#7f4f24"
-INDIGO, TEAL = "#4b3f8f", "#11696f"
+from ..palette import KIND_COLOURS
 
 # Characters that XML 1.0 or UTF-8 cannot represent.
 _FORBIDDEN = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]")
@@ -96,17 +92,10 @@ INKS = {
     "solid": ("#cfd4d8", "#4b535b"),
     "low": ("#f3f5f6", "#1d2125"),
     "line": ("#a9b1b8", "#5d656d"),
-    "kind1": (BLUE, SKY),
-    "kind2": (ORANGE, "#f0803c"),
-    "kind3": (GREEN, "#2fc197"),
-    "kind4": (YELLOW, "#f0b73c"),
-    "kind5": (PURPLE, "#dd9abf"),
-    "kind6": (BROWN, "#c89b6d"),
-    "kind7": (INDIGO, "#a99fe6"),
-    "kind8": (TEAL, "#58bfc4"),
+    **{f"kind{n}": pair for n, pair in enumerate(KIND_COLOURS, 1)},
     "onkind": ("#ffffff", "#14171a"),
 }
-HUES = 8
+HUES = len(KIND_COLOURS)
 
 STYLE = """
 text{font-family:"Inter","Helvetica Neue",Helvetica,Arial,"DejaVu Sans",sans-serif;font-size:12px;

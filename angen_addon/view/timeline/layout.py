@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from ....sensor_logic.kinds import KINDS
 from ....sensor_logic.log import Indices, event_rows, log_indices, shown_rows
 from ....sensor_logic.model import Array
+from ....sensor_logic.palette import KIND_COLOURS, rgba
 from ....sensor_logic.recording.tracks import Recording, Track
 from ...scene.instances import Uid
 
@@ -193,15 +194,8 @@ HISTORIES = Histories()
 
 
 Colour = tuple[float, float, float, float]
-# Colours by number of the kind, which colour-blind people can tell apart (Okabe and Ito).
-COLOURS: tuple[Colour, ...] = (
-    (0.902, 0.624, 0.0, 1.0),
-    (0.337, 0.706, 0.914, 1.0),
-    (0.0, 0.720, 0.540, 1.0),
-    (0.941, 0.894, 0.259, 1.0),
-    (0.8, 0.475, 0.655, 1.0),
-    (0.835, 0.369, 0.0, 1.0),
-)
+# Colours by number of the kind, as in reports on dark ground.
+COLOURS: tuple[Colour, ...] = tuple(rgba(dark) for _, dark in KIND_COLOURS)
 GROUND: Colour = (0.10, 0.10, 0.10, 0.80)
 CHOSEN: Colour = (1.0, 1.0, 1.0, 0.10)
 RULE: Colour = (1.0, 1.0, 1.0, 0.22)

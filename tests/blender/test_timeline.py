@@ -2,12 +2,13 @@
 """The sensors' timeline: spans, events, how they are drawn, and markers."""
 
 import random
+from types import SimpleNamespace
 
 import bpy
 import numpy as np
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.state import CACHE
-from bl_ext.user_default.angen_sensors.angen_addon.view.timeline import layout
+from bl_ext.user_default.angen_sensors.angen_addon.view.timeline import draw, layout
 from bl_ext.user_default.angen_sensors.angen_addon.view.timeline.layout import TimelineRegion
 from bl_ext.user_default.angen_sensors.operators import markers as module
 from bl_ext.user_default.angen_sensors.sensor_logic import log, model
@@ -282,6 +283,24 @@ def home(world):
     world.update()
     assert bpy.ops.angen.simulate() == {"FINISHED"}
     return world
+
+
+def test_the_header_tells_why_there_are_no_rows(home, monkeypatch):
+    # Without a window the scale of the interface is 0.
+    limits = draw.SCROLL_BAR, draw.SCRUB
+    monkeypatch.setattr(draw, "_row_limits", lambda _, r: (limits[0], r.height - limits[1], 1.0))
+
+    def told(height):
+        area = SimpleNamespace(regions=[SimpleNamespace(type="WINDOW", height=height)])
+        return draw.why_no_rows(SimpleNamespace(scene=home.scene, area=area))
+
+    assert told(200) == "" and told(24) == "Too low for rows of sensors"
+    world = home
+    world.sensor("PIR", "another")
+    world.update()
+    assert told(200) == told(24) == "Stale: simulate again"
+    home.scene.angen_timeline.show = False
+    assert told(24) == ""
 
 
 def select(*names):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Draw the history of sensors over the Timeline and the Dope Sheet."""
+"""Draw the history of sensors over the Timeline."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from ...scene.sensors import Sensor
 from .layout import (
     CHIP,
     HISTORIES,
+    LEAST_HIGH,
     Colour,
     History,
     TimelinePicture,
@@ -24,7 +25,8 @@ from .layout import (
     strips,
 )
 
-MODES = {"TIMELINE", "DOPESHEET"}
+# The mode of the editor in which rows are drawn: in a Dope Sheet they would cover keyframes.
+MODE = "TIMELINE"
 # Heights in pixels at an interface scale of 1: scrubbing area, scroll bar, row of markers.
 SCRUB, SCROLL_BAR, MARKERS = 24.0, 16.0, 22.0
 MOST_PAINTERS = 24
@@ -114,7 +116,7 @@ def _rows_here() -> tuple[History, frozenset[Uid], Any] | None:
     """Return the rows of the present region, the highlighted uids and the settings, or None."""
     context = bpy.context
     scene, space = context.scene, context.space_data
-    if scene is None or not scene.angen_timeline.show or space.mode not in MODES:
+    if scene is None or not scene.angen_timeline.show or space.mode != MODE:
         return None
     recording = state.CACHE.recording(scene)
     if recording is None:
@@ -128,6 +130,21 @@ def _rows_here() -> tuple[History, frozenset[Uid], Any] | None:
     active = stands_for(context.view_layer.objects.active)
     chosen = frozenset(s.uid for s in sensors if s.handle == active or s.selected)
     return history, chosen, settings
+
+
+def why_no_rows(context: Any) -> str:
+    """Return why the timeline shows no rows although it should, in a few words; else ""."""
+    scene, kept = context.scene, state.CACHE.kept(context.scene)
+    if not scene.angen_timeline.show or kept is None:
+        return ""
+    if kept.stale:
+        return "Stale: simulate again"
+    region = next((r for r in context.area.regions if r.type == "WINDOW"), None)
+    if region is not None:
+        bottom, top, scale = _row_limits(scene, region)
+        if top - bottom < LEAST_HIGH * scale:
+            return "Too low for rows of sensors"
+    return ""
 
 
 def _painter(what: str) -> Painter:

@@ -16,6 +16,7 @@ from .examined import Check, Examined, Finding
 CHECKS: dict[str, Check] = {
     "scale": building.scale,
     "units": sensors.units,
+    "coarse": building.coarse,
     "files": building.missing_data,
     "names": building.same_names,
     "hidden": building.hidden_but_rendered,

@@ -312,7 +312,7 @@ def test_a_lamp_that_is_keyed_is_told_though_it_is_off_now(home, examine):
 
 def test_every_check_has_a_bad_home():
     tested = {*BAD, "scale", "movement", "physics", "files", "eevee", "unplaced", "margins"}
-    tested |= {"units", "idle_keys", "rooms", "residents", "lamps"}
+    tested |= {"units", "coarse", "idle_keys", "rooms", "residents", "lamps"}
     assert set(CHECKS) == tested
 
 

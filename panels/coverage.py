@@ -13,7 +13,7 @@ from ..angen_addon.view.panel_parts import ClosedSidebar, draw_lines, draw_progr
 from ..operators.propose import active_detector
 from ..sensor_logic.wording import plural
 
-ROOMS_SHOWN = 12
+ROOMS_SHOWN, NAMES_SHOWN = 12, 3
 
 
 class ANGEN_PT_coverage(ClosedSidebar, Panel):
@@ -74,6 +74,10 @@ def _draw_rooms(layout: UILayout, figures: dict, scene: Any, is_fresh: bool) -> 
     frame = figures.get("frame", scene.frame_current)
     at = f", frame {frame}" if frame != scene.frame_current else ""
     box.label(text=f"{figures['motion']}, {plural(figures['sensors'], 'detector')}{at}")
+    for name in figures.get("names", [])[:NAMES_SHOWN]:
+        box.label(text=name, translate=False)
+    if figures["sensors"] > NAMES_SHOWN:
+        box.label(text=f"and {figures['sensors'] - NAMES_SHOWN} more")
     if shown.is_of_proposal(scene):
         box.label(text="Only the proposed places are counted", icon="INFO")
     box.active = is_fresh
@@ -88,6 +92,19 @@ def _draw_rooms(layout: UILayout, figures: dict, scene: Any, is_fresh: bool) -> 
         part = row.split(factor=0.5)
         part.label(text=covered)
         part.label(text=dead)
+    _draw_legend(layout)
+
+
+def _draw_legend(layout: UILayout) -> None:
+    """Draw the colours of the map with their meaning."""
+    column = layout.column(align=True)
+    for material, label in shown.legend():
+        row = column.split(factor=0.15)
+        swatch = row.row()
+        # Not to be edited: the map would no longer mean what the legend says.
+        swatch.enabled = False
+        swatch.prop(material, "diffuse_color", text="")
+        row.label(text=label)
 
 
 register, unregister = bpy.utils.register_classes_factory(

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.coverage.maps import cover
 from bl_ext.user_default.angen_sensors.sensor_logic.coverage.motions import MOTIONS
+from panel_layout import drawn
 from tiers import mostly_slow
 
 ROOM = (4.0, 3.0, 2.5)
@@ -247,3 +248,47 @@ def test_a_map_of_a_small_room_leaves_a_recording_fresh(world):
     scene.objects["Sofa"].location.x += 0.1
     world.update()
     assert "Sofa" in state.CACHE.kept(scene).stale
+
+
+# A map in the window
+
+
+def test_a_fresh_map_has_its_colours_at_once(world):
+    scene = world.scene
+    world.hall(3, 2, 2.5)
+    detector = world.pir(update_rate=10.0)
+    detector.location = (0.1, 1.0, 1.5)
+    sofa = world.box((0.4, 0.4, 0.4), (2, 1, 0.2), "Sofa")
+    scene.angen_coverage.motion, scene.angen_coverage.cell = "ARM", 0.5
+    shown = import_module("bl_ext.user_default.angen_sensors.angen_addon.coverage.shown")
+
+    def looks():
+        return {obj.display_type for obj in scene.objects if shown.is_map(obj)}
+
+    bpy.ops.angen.coverage()
+    assert looks() == {"TEXTURED"}
+    sofa.location.x += 0.2
+    world.update()
+    assert looks() == {"WIRE"} and shown.why_stale(scene)
+    bpy.ops.angen.coverage()
+    assert looks() == {"TEXTURED"} and not shown.why_stale(scene)
+    world.update()
+    assert looks() == {"TEXTURED"}
+    bpy.ops.angen.place_propose()
+    assert looks() == {"TEXTURED"}
+    bpy.ops.angen.place_discard()
+    assert looks() == {"TEXTURED"}
+
+
+def test_the_panel_names_the_detectors_and_the_colours(world):
+    world.hall(3, 2, 2.5)
+    for number in range(5):
+        world.pir(f"PIR {number}").location = (0.1, 1.0, 1.5)
+    world.scene.angen_coverage.motion, world.scene.angen_coverage.cell = "ARM", 0.5
+    bpy.ops.angen.coverage()
+    texts = drawn("ANGEN_PT_coverage").labels
+    assert any("5 detectors" in text for text in texts)
+    assert [text for text in texts if text.startswith("PIR")] == ["PIR 0", "PIR 1", "PIR 2"]
+    assert "and 2 more" in texts
+    picture = import_module("bl_ext.user_default.angen_sensors.sensor_logic.coverage.picture")
+    assert set(picture.LEVELS) <= set(texts)

@@ -114,7 +114,8 @@ class SurfacePoint(NamedTuple):
     object
         The object that has the surface.
     whole
-        True if the ray hit the object itself, False if it hit an instance of the object.
+        True if the ray hit the object itself, False if it hit an instance of the object, as in a
+        linked home.
     """
 
     point: Vector
@@ -157,7 +158,8 @@ def first_surface(
         original = obj.original
         back = normal.dot(direction) > 0.0
         if not (original.angen_ignored or (passes and passes(original)) or (culled and back)):
-            whole = all(
+            # An instance can stand where the object itself would, which is not in the scene.
+            whole = depsgraph.view_layer.objects.get(original.name) == original and all(
                 (a - b).length < 1e-6 for a, b in zip(matrix, obj.matrix_world, strict=True)
             )
             return SurfacePoint(point, (-normal if back else normal).normalized(), original, whole)

@@ -98,12 +98,11 @@ def _draw_rooms(layout: UILayout, figures: dict, scene: Any, is_fresh: bool) -> 
 def _draw_legend(layout: UILayout) -> None:
     """Draw the colours of the map with their meaning."""
     column = layout.column(align=True)
+    column.use_property_split = False
+    column.use_property_decorate = False
     for material, label in shown.legend():
         row = column.split(factor=0.15)
-        swatch = row.row()
-        # Not to be edited: the map would no longer mean what the legend says.
-        swatch.enabled = False
-        swatch.prop(material, "diffuse_color", text="")
+        row.prop(material, "diffuse_color", text="")
         row.label(text=label)
 
 

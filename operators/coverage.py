@@ -60,8 +60,8 @@ class ANGEN_OT_coverage(LongWork, Operator):
     bl_idname = "angen.coverage"
     bl_label = "Map Coverage"
     bl_description = (
-        "Map where the motion detectors notice a step, an arm or a cat, as the scene is now: "
-        "walls, furniture and doors hide the floor behind them. Esc cancels"
+        "Map where the detectors notice the chosen motion, as the scene is now: walls, furniture "
+        "and doors hide the floor behind them. Esc cancels"
     )
     bl_options = {"REGISTER", "UNDO"}
 

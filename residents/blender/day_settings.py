@@ -59,6 +59,8 @@ class AngenDone(PropertyGroup):
     room: StringProperty()
     start: FloatProperty()
     end: FloatProperty()
+    # The activity's place in the routine, which decides its colour.
+    place: IntProperty()
 
 
 class AngenEarlier(PropertyGroup):

@@ -34,6 +34,8 @@ class Part(NamedTuple):
 
     Attributes
     ----------
+    number
+        The number of the part in the IFC file.
     name
         The name of the object.
     points
@@ -42,6 +44,7 @@ class Part(NamedTuple):
         The three point indices of each triangle in turn.
     """
 
+    number: int
     name: str
     points: Sequence[float]
     faces: Sequence[int]
@@ -74,8 +77,10 @@ def convert(source: Path, target: Path) -> tuple[int, list[float]]:
     while going:
         shape = shapes.get()
         name = f"{shape.type.removeprefix('Ifc')} {shape.name} {shape.id}"
-        parts.append(Part(name, shape.geometry.verts, shape.geometry.faces))
+        parts.append(Part(shape.id, name, shape.geometry.verts, shape.geometry.faces))
         going = shapes.next()
+    # Several threads end in any order.
+    parts.sort(key=lambda part: part.number)
     offset = offset_of([part.points for part in parts if part.points])
     vertices = 1
     with target.open("w", encoding="utf-8") as out:

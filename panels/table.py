@@ -28,7 +28,7 @@ from ..angen_addon.view.readings import (
     UNKNOWN,
     WRONG,
     ReadingText,
-    reading_text,
+    ReadingTexts,
 )
 from ..operators.show import show, why_hidden
 from .instanced import draw_rows
@@ -67,6 +67,11 @@ def matches(sensor: Sensor, seen: ReadingText | None, words: str) -> bool:
     return all(word in text for word in words.lower().split())
 
 
+# The texts for the rows of the table that is being drawn. Blender filters the rows and then draws
+# them, with a new object of the list at each step, which cannot keep the texts itself.
+_texts: ReadingTexts | None = None
+
+
 class ANGEN_UL_sensors(UIList):
     """A list of the sensors in a view layer."""
 
@@ -85,7 +90,7 @@ class ANGEN_UL_sensors(UIList):
         sensor = sensor_of(item)
         if sensor is None:
             return
-        seen = reading_text(sensor, context.scene)
+        seen = (_texts or ReadingTexts(context.scene)).of(sensor)
         row = layout.row(align=True)
         row.active = sensor.settings.enabled
         wide = _is_wide(context)
@@ -105,6 +110,8 @@ class ANGEN_UL_sensors(UIList):
             again.name, again.library = sensor.name, sensor.library
 
     def filter_items(self, context: Context, data: Any, name: str) -> tuple[list[int], list[int]]:
+        global _texts
+        _texts = ReadingTexts(context.scene)
         settings = context.window_manager.angen_table
         return sorted_and_filtered(
             list(getattr(data, name)), context.scene, settings, self.bitflag_filter_item
@@ -134,11 +141,12 @@ def sorted_and_filtered(
 def _matching(sensors: Iterable[Sensor | None], scene: Any, settings: Any) -> list[int]:
     """Return the indices of the sensors that match the search, in the table's sort order."""
     by, words = settings.sort, settings.search
+    texts = ReadingTexts(scene) if words or by == "STATE" else None
     keys = []
     for number, sensor in enumerate(sensors):
         if sensor is None:
             continue
-        seen = reading_text(sensor, scene) if words or by == "STATE" else None
+        seen = texts.of(sensor) if texts is not None else None
         if matches(sensor, seen, words):
             keys.append((sort_key(sensor, seen, by), number))
     return [number for _, number in sorted(keys, reverse=settings.reverse)]

@@ -177,8 +177,7 @@ def state_text(kind: Kind, quantity: Field, reading: Reading, lengths: Any) -> s
     word = kind.active_label if reading.active else kind.idle_label
     if not (reading.active or kind.value_when_idle):
         return word
-    # Of all readings, only a fan's tilt is an angle.
-    what = "tilt " if quantity.unit == "rad" else ""
+    what = f"{quantity.word} " if quantity.word else ""
     return f"{word}, {what}{quantity.text(reading.value, lengths)}"
 
 

@@ -16,7 +16,7 @@ from bpy.types import Context, Panel, PropertyGroup, UIList, WindowManager
 from ..angen_addon.runtime import state
 from ..angen_addon.scene.instances import stands_for
 from ..angen_addon.scene.sensors import Sensor
-from ..angen_addon.view.panel_parts import Sidebar
+from ..angen_addon.view.panel_parts import USUAL_WIDTH, WIDTH_OF_LETTER, Sidebar
 from ..angen_addon.view.readings import (
     ACTIVE,
     BAKED,
@@ -31,6 +31,7 @@ from ..angen_addon.view.readings import (
     ReadingTexts,
 )
 from ..operators.show import show, why_hidden
+from ..sensor_logic.wording import shortened
 from .instanced import draw_rows
 from .parameters import sensor_of
 
@@ -39,6 +40,9 @@ ORDER_OF_STATES = (WRONG, DOUBTFUL, OLD, ACTIVE, IDLE, NOT_SURE, BAKED, UNKNOWN,
 ROWS, MOST_ROWS = 4, 8
 # Regions wider than this (pixels at scale 1) have a column for rooms.
 WIDE = 330
+# Pixels at scale 1 of a row's margins with the scroll bar, and of an icon.
+MARGINS, ICON = 60, 24
+LEAST_LETTERS = 8
 NAME_SHARE, NAME_SHARE_WIDE, NAME_SHARE_ACTIVE, ROOM_SHARE = 0.78, 0.5, 0.72, 0.6
 
 
@@ -98,7 +102,8 @@ class ANGEN_UL_sensors(UIList):
         active = item == stands_for(context.view_layer.objects.active)
         narrow = NAME_SHARE_ACTIVE if active else NAME_SHARE
         split = row.split(factor=NAME_SHARE_WIDE if wide else narrow, align=True)
-        split.label(text=sensor.name, icon=seen.icon, translate=False)
+        most = _letters_of_name(context, NAME_SHARE_WIDE if wide else narrow)
+        split.label(text=shortened(sensor.name, most), icon=seen.icon, translate=False)
         if wide:
             split = split.split(factor=ROOM_SHARE, align=True)
             split.label(text=sensor.room, translate=False)
@@ -150,6 +155,13 @@ def _matching(sensors: Iterable[Sensor | None], scene: Any, settings: Any) -> li
         if matches(sensor, seen, words):
             keys.append((sort_key(sensor, seen, by), number))
     return [number for _, number in sorted(keys, reverse=settings.reverse)]
+
+
+def _letters_of_name(context: Context, share: float) -> int:
+    """Return how many letters a column for names has; `share` is its part of the row's width."""
+    region = context.region
+    wide = region.width / (context.preferences.system.ui_scale or 1.0) if region else USUAL_WIDTH
+    return max(LEAST_LETTERS, int((share * (wide - MARGINS) - ICON) / WIDTH_OF_LETTER))
 
 
 def _is_wide(context: Context) -> bool:

@@ -541,6 +541,18 @@ def labels_of(world, addon_part):
     return run
 
 
+def test_labels_lie_above_signs(addon_part, monkeypatch):
+    """A selected sensor has its label in any crowd: also above the sign of another sensor."""
+    labels, part = addon_part("angen_addon.view.overlay.labels"), types.SimpleNamespace
+    monkeypatch.setattr(labels, "_batch", lambda points, colours, kind: np.array(points))
+    rows = [part(shown=part(icon=icon)) for icon in (readings.ACTIVE, readings.IDLE)]
+    plate = (10.0, 0.0, 90.0, 20.0)
+    drawn = labels._batches([plate], rows, [(0.0, 10.0), (50.0, 10.0)], [], 5.0)
+    order = [(kind, tuple(points.min(axis=0)), tuple(points.max(axis=0))) for kind, points in drawn]
+    assert [kind for kind, *_ in order] == ["TRIS", "LINES", "TRIS"]
+    assert order[-1][1:] == ((10.0, 0.0), (90.0, 20.0))
+
+
 def test_what_lies_over_a_view_of_a_small_window(addon_part):
     """Blender 4.3 at 1280 × 720, with sidebar and toolbar open."""
     part = types.SimpleNamespace

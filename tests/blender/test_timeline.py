@@ -146,6 +146,19 @@ def test_a_curve_keeps_its_peaks(addon_part, drawn):
     assert min(tops) == pytest.approx(15 / 4, abs=0.5)
 
 
+def test_names_that_differ_at_the_end_only_differ_in_a_narrow_list(drawn):
+    rows = []
+    for number, end in enumerate(("window", "door", "sofa")):
+        rows += drawn([(1, 101, layout.ACTIVE)], name=f"PIR living room, {end}", uid=number).rows
+    some = layout.History(tuple(rows), 1.0, 101.0)
+    narrow = view(top=200.0)._replace(width=110)
+    words = layout.labels(some, narrow, frozenset(), ground=True).words
+    assert len({word.text for word in words}) == 3
+    assert all(word.text.startswith("PIR") and len(word.text) * 6 <= 110 for word in words)
+    wide = layout.labels(some, view(top=200.0), frozenset(), ground=True).words
+    assert [word.text for word in wide] == [row.name for row in rows]
+
+
 @pytest.mark.parametrize("count", [1, 22, 500])
 def test_rows_keep_within_the_region_and_what_does_not_fit_is_told(drawn, count):
     rows = []

@@ -485,7 +485,7 @@ def _batches(
     marked: list[Point],
     sign: float,
 ) -> list[tuple[str, Any]]:
-    """Return the type and the GPU batch of all signs, of the rings around signs, and of labels.
+    """Return the type and the GPU batch of all signs with their rings, and then of labels.
 
     `marked` are the markers with a ring. `sign` is the radius of a sign in pixels.
     """
@@ -499,11 +499,12 @@ def _batches(
         counts = [len(part) for part in corners[1:]]
         at = np.concatenate(corners) * np.float32(sign) + np.repeat(places, counts, axis=0)
         coloured = np.concatenate([NO_COLOURS, *(shape[colours] for shape in shapes)])
-        if kind == "TRIS" and plates:
-            at = np.concatenate([at, _quads(plates)])
-            coloured = np.concatenate([coloured, np.tile(PLATE_COLOUR, (6 * len(plates), 1))])
         if len(at):
             found.append((kind, _batch(at, coloured, kind)))
+    if plates:
+        # Above all signs: a sign of another sensor would make the text hard to read.
+        ground = np.tile(PLATE_COLOUR, (6 * len(plates), 1))
+        found.append(("TRIS", _batch(_quads(plates), ground, "TRIS")))
     return found
 
 

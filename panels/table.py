@@ -40,8 +40,8 @@ ORDER_OF_STATES = (WRONG, DOUBTFUL, OLD, ACTIVE, IDLE, NOT_SURE, BAKED, UNKNOWN,
 ROWS, MOST_ROWS = 4, 8
 # Regions wider than this (pixels at scale 1) have a column for rooms.
 WIDE = 330
-# Pixels at scale 1 of a row's margins with the scroll bar, and of an icon.
-MARGINS, ICON = 60, 24
+# Pixels at scale 1 of a row's margins with the scroll bar, and of the icon before a name.
+MARGINS, ICON = 86, 42
 LEAST_LETTERS = 8
 NAME_SHARE, NAME_SHARE_WIDE, NAME_SHARE_ACTIVE, ROOM_SHARE = 0.78, 0.5, 0.72, 0.6
 

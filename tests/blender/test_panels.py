@@ -19,11 +19,11 @@ from bl_ext.user_default.angen_sensors.panels.table import (
     _letters_of_name,
     sorted_and_filtered,
 )
-from bl_ext.user_default.angen_sensors.sensor_logic.wording import shortened
 from bl_ext.user_default.angen_sensors.sensor_logic import parameters
 from bl_ext.user_default.angen_sensors.sensor_logic.kinds import KINDS
 from bl_ext.user_default.angen_sensors.sensor_logic.parameters import specs
 from bl_ext.user_default.angen_sensors.sensor_logic.report.facts import figures
+from bl_ext.user_default.angen_sensors.sensor_logic.wording import shortened
 from mathutils import Quaternion, Vector
 from panel_layout import PANELS, activate, drawn, pad, pad_under_a_box, panel_of
 
@@ -298,7 +298,9 @@ def home(world):
 
 @pytest.mark.parametrize("wide", [240, 320, 420])
 def test_names_that_differ_at_the_end_only_differ_in_the_table(wide):
-    names = [f"Motion detector of the living room, {end}" for end in ("sofa", "door", "east", "west")]
+    names = [
+        f"Motion detector of the living room, {end}" for end in ("sofa", "door", "east", "west")
+    ]
     region = SimpleNamespace(width=wide)
     context = SimpleNamespace(region=region, preferences=bpy.context.preferences)
     most = _letters_of_name(context, NAME_SHARE)

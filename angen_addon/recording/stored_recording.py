@@ -271,8 +271,8 @@ class StoredRecording:
         count = len(bpy.data.objects)
         if count != self._objects and (differs or _names_new_or_gone(self._changed)):
             # An object was added or removed, perhaps one that was added since the run. Only a
-            # comparison of the whole scene shows which. An asset is imported at one update and joins
-            # the scene at a later one: until then `_objects` keeps the earlier count.
+            # comparison of the whole scene shows which. An asset is imported at one update and
+            # joins the scene at a later one: until then `_objects` keeps the earlier count.
             self._objects = count
             self._changed = self.fingerprint.differences(self._fingerprint_now(scene, depsgraph))
         self._compare(around)

@@ -291,11 +291,33 @@ def test_the_header_tells_why_there_are_no_rows(home, monkeypatch):
     monkeypatch.setattr(draw, "_row_limits", lambda _, r: (limits[0], r.height - limits[1], 1.0))
 
     def told(height):
-        area = SimpleNamespace(regions=[SimpleNamespace(type="WINDOW", height=height)])
-        return draw.why_no_rows(SimpleNamespace(scene=home.scene, area=area))
+        area = SimpleNamespace(regions=[SimpleNamespace(type="WINDOW", height=height, width=400)])
+        space = SimpleNamespace(mode=draw.MODE)
+        layer = bpy.context.view_layer
+        context = SimpleNamespace(scene=home.scene, view_layer=layer, area=area, space_data=space)
+        return draw.why_no_rows(context)
 
     assert told(200) == "" and told(24) == "Too low for rows of sensors"
+    # Rows by setting, without one that the setting selects.
+    select()
+    for rows, text in (("SELECTED", "select some"), ("ROOM", "make a sensor active")):
+        home.scene.angen_timeline.rows = rows
+        assert text in told(200)
+    select("pir")
+    assert told(200) == ""
+    home.scene.angen_timeline.rows = "ALL"
     world = home
+    # Gaps between rooms leave no height for rows, although the region is higher than a row.
+    for number, name in enumerate(("switch", "pir")):
+        bpy.data.objects[name]["room"] = f"room {number}"
+    world.update()
+    assert bpy.ops.angen.simulate() == {"FINISHED"}
+    most = next(height for height in range(24, 200) if not told(height))
+    assert all(told(height) == "Too low for rows of sensors" for height in range(24, most))
+    history = layout.history_of(CACHE.recording(home.scene), home.sensors())
+    for height in range(most, 200):
+        region = TimelineRegion(400, limits[0], height - limits[1], 1.0, 0.0, 1.0)
+        assert layout.place(history.rows, region)
     world.sensor("PIR", "another")
     world.update()
     assert told(200) == told(24) == "Stale: simulate again"

@@ -170,6 +170,17 @@ def test_rows_keep_within_the_region_and_what_does_not_fit_is_told(drawn, count)
         assert len(names.words) in (0, len(strips))
 
 
+def test_names_wider_than_the_list_of_channels_keep_their_ends(drawn):
+    names = [f"Motion detector in the corridor upstairs {n}" for n in (1, 2)]
+    rows = tuple(drawn([(1, 101, layout.IDLE)], name=name, uid=name).rows[0] for name in names)
+    some = layout.History(rows, 1.0, 101.0)
+    narrow = layout.labels(some, view(width=120), frozenset(), ground=True)
+    assert len({word.text for word in narrow.words}) == 2
+    assert all("…" in word.text for word in narrow.words)
+    wide = layout.labels(some, view(width=600), frozenset(), ground=True)
+    assert [word.text for word in wide.words] == names
+
+
 def test_rows_stand_by_room_and_kind_and_sensors_without_a_track_are_told_as_off(world):
     world.pir("B")["room"] = "hall"
     world.switch("A")["room"] = "hall"

@@ -30,11 +30,11 @@ MODE = "TIMELINE"
 # Heights in pixels at an interface scale of 1: scrubbing area, scroll bar, row of markers.
 SCRUB, SCROLL_BAR, MARKERS = 24.0, 16.0, 22.0
 MOST_PAINTERS = 24
-# Why there are no rows, by the setting `rows`, although there is a recording.
+# Why there are no rows, by the setting `rows`. Longer texts do not fit the header at 1280 pixels.
 NO_ROWS = {
     "ALL": "No sensors",
-    "ROOM": "Rows of a room: make a sensor active",
-    "SELECTED": "Rows of selected sensors: select some",
+    "ROOM": "Make a sensor active",
+    "SELECTED": "Select sensors for rows",
 }
 
 

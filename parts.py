@@ -31,6 +31,7 @@ MODULES = (
     "angen_addon.view.timeline.draw",
     "angen_addon.coverage.settings",
     "angen_addon.coverage.shown",
+    "angen_addon.authoring.dropped",
     "residents.blender.day_settings",
     "residents.blender.still",
     "operators.add",

@@ -16,7 +16,7 @@ from bpy.types import Context, Panel, PropertyGroup, UIList, WindowManager
 from ..angen_addon.runtime import state
 from ..angen_addon.scene.instances import stands_for
 from ..angen_addon.scene.sensors import Sensor
-from ..angen_addon.view.panel_parts import USUAL_WIDTH, WIDTH_OF_LETTER, Sidebar
+from ..angen_addon.view.panel_parts import USUAL_WIDTH, Sidebar
 from ..angen_addon.view.readings import (
     ACTIVE,
     BAKED,
@@ -31,7 +31,7 @@ from ..angen_addon.view.readings import (
     ReadingTexts,
 )
 from ..operators.show import show, why_hidden
-from ..sensor_logic.wording import shortened
+from ..sensor_logic.report.svg import shortened
 from .instanced import draw_rows
 from .parameters import sensor_of
 
@@ -42,7 +42,8 @@ ROWS, MOST_ROWS = 4, 8
 WIDE = 330
 # Pixels at scale 1 of a row's margins with the scroll bar, and of the icon before a name.
 MARGINS, ICON = 86, 42
-LEAST_LETTERS = 8
+# Pixels at scale 1: the size of the interface's letters.
+LETTER = 11.0
 NAME_SHARE, NAME_SHARE_WIDE, NAME_SHARE_ACTIVE, ROOM_SHARE = 0.78, 0.5, 0.72, 0.6
 
 
@@ -102,8 +103,8 @@ class ANGEN_UL_sensors(UIList):
         active = item == stands_for(context.view_layer.objects.active)
         narrow = NAME_SHARE_ACTIVE if active else NAME_SHARE
         split = row.split(factor=NAME_SHARE_WIDE if wide else narrow, align=True)
-        most = _letters_of_name(context, NAME_SHARE_WIDE if wide else narrow)
-        split.label(text=shortened(sensor.name, most), icon=seen.icon, translate=False)
+        room = _room_for_name(context, NAME_SHARE_WIDE if wide else narrow)
+        split.label(text=shortened(sensor.name, room, LETTER), icon=seen.icon, translate=False)
         if wide:
             split = split.split(factor=ROOM_SHARE, align=True)
             split.label(text=sensor.room, translate=False)
@@ -157,11 +158,14 @@ def _matching(sensors: Iterable[Sensor | None], scene: Any, settings: Any) -> li
     return [number for _, number in sorted(keys, reverse=settings.reverse)]
 
 
-def _letters_of_name(context: Context, share: float) -> int:
-    """Return how many letters a column for names has; `share` is its part of the row's width."""
+def _room_for_name(context: Context, share: float) -> float:
+    """Return the width of the column of names in pixels at scale 1, without the icon.
+
+    `share` is the column's part of a row's width.
+    """
     region = context.region
     wide = region.width / (context.preferences.system.ui_scale or 1.0) if region else USUAL_WIDTH
-    return max(LEAST_LETTERS, int((share * (wide - MARGINS) - ICON) / WIDTH_OF_LETTER))
+    return share * (wide - MARGINS) - ICON
 
 
 def _is_wide(context: Context) -> bool:

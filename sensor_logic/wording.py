@@ -30,17 +30,6 @@ def quoted(name: str) -> str:
     return f"'{name}'"
 
 
-def shortened(text: str, most: int) -> str:
-    """Return a text of at most `most` letters, without its middle if it is longer.
-
-    Names of sensors often differ at the end only, which Blender would cut off.
-    """
-    if len(text) <= most or most < 3:
-        return text
-    end = (most - 1) // 2
-    return f"{text[: most - 1 - end]}…{text[-end:]}"
-
-
 def capital(text: str) -> str:
     """Return the text with its first letter in upper case."""
     return text[:1].upper() + text[1:]

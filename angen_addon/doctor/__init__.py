@@ -30,6 +30,7 @@ CHECKS: dict[str, Check] = {
     "still_doors": building.standing_still,
     "inside": sensors.inside_walls,
     "too_near": sensors.looks_into_something,
+    "facing": sensors.faces_a_wall,
     "slits": sensors.slits,
     "names_none": sensors.names_nothing,
     "unplaced": sensors.unplaced,

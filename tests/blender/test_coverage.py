@@ -186,6 +186,17 @@ def test_a_box_that_marks_a_room_names_its_cells(home: Any, mapped: Any) -> None
     assert only.cells.rooms == ["alcove"] and len(only.cells) == (rooms == "alcove").sum()
 
 
+def test_a_detector_without_a_room_splits_none(home: Any, mapped: Any) -> None:
+    home.bpy.data.objects["pir"].angen_sensor.room = "den"
+    other = home.sensor("PIR", "unnamed")
+    other.location, other.rotation_euler = (3.9, 1.5, 2.2), (math.pi / 2, 0.0, math.pi / 2)
+    assert mapped("STEP").cells.rooms == ["den"]
+    home.box((0.1, 3.0, 2.5), (2.5, 1.5, 1.25), "partition")
+    found = mapped("STEP").cells
+    assert found.rooms == ["den", "no room"], "another room, behind a wall"
+    assert found.at[np.array(found.room) == "den"][:, 0].max() < 2.5
+
+
 def test_units_change_nothing(home: Any, mapped: Any) -> None:
     before = mapped("CAT")
     scene = home.scene

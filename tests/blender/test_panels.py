@@ -16,14 +16,14 @@ from bl_ext.user_default.angen_sensors.angen_addon.runtime.state import CACHE as
 from bl_ext.user_default.angen_sensors.operators import show
 from bl_ext.user_default.angen_sensors.panels.table import (
     NAME_SHARE,
-    _letters_of_name,
+    _room_for_name,
     sorted_and_filtered,
 )
 from bl_ext.user_default.angen_sensors.sensor_logic import parameters
 from bl_ext.user_default.angen_sensors.sensor_logic.kinds import KINDS
 from bl_ext.user_default.angen_sensors.sensor_logic.parameters import specs
 from bl_ext.user_default.angen_sensors.sensor_logic.report.facts import figures
-from bl_ext.user_default.angen_sensors.sensor_logic.wording import shortened
+from bl_ext.user_default.angen_sensors.sensor_logic.report.svg import shortened
 from mathutils import Quaternion, Vector
 from panel_layout import PANELS, activate, drawn, pad, pad_under_a_box, panel_of
 
@@ -303,10 +303,9 @@ def test_names_that_differ_at_the_end_only_differ_in_the_table(wide):
     ]
     region = SimpleNamespace(width=wide)
     context = SimpleNamespace(region=region, preferences=bpy.context.preferences)
-    most = _letters_of_name(context, NAME_SHARE)
-    assert len({shortened(name, most) for name in names}) == 4
-    assert all(len(shortened(name, most)) <= most for name in names)
-    assert shortened("Door b", most) == "Door b"
+    room = _room_for_name(context, NAME_SHARE)
+    assert len({shortened(name, room, 11.0) for name in names}) == 4
+    assert shortened("Door b", room, 11.0) == "Door b"
 
 
 def table(**settings):

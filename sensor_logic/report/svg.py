@@ -71,12 +71,18 @@ def _width(character: str) -> float:
 
 
 def shortened(text: str, width: float, size: float) -> str:
-    """Return the text, shortened with an ellipsis if it is wider than `width`."""
+    """Return the text, with an ellipsis in its middle if it is wider than `width`.
+
+    Names of sensors often differ only at their end.
+    """
     if text_width(text, size) <= width:
         return text
-    while text and text_width(text + "…", size) > width:
-        text = text[:-1]
-    return text.rstrip() + "…"
+    for letters in range(len(text) - 1, 0, -1):
+        end = letters // 2
+        cut = f"{text[: letters - end].rstrip()}…{text[len(text) - end :].lstrip()}"
+        if text_width(cut, size) <= width:
+            return cut
+    return "…"
 
 
 # Colours, and a mark for each kind of sensor; marks differ in shape too.

@@ -21,6 +21,7 @@ from ....sensor_logic.log import Indices, event_rows, log_indices, shown_rows
 from ....sensor_logic.model import Array
 from ....sensor_logic.palette import KIND_COLOURS, rgba
 from ....sensor_logic.recording.tracks import Recording, Track
+from ....sensor_logic.report.svg import shortened
 from ...scene.instances import Uid
 
 IDLE, ACTIVE, INVALID, OFF = 0, 1, 2, 3
@@ -362,7 +363,9 @@ def labels(
         if high >= LEAST_NAMED * view.scale:
             size = min(LETTER * view.scale, high - 3)
             colour = BRIGHT if row.uid in chosen else WORD
-            picture.words.append(TimelineText(4 * view.scale, y + high / 2, row.name, size, colour))
+            left = 4 * view.scale
+            name = shortened(row.name, view.width - 2 * left, size)
+            picture.words.append(TimelineText(left, y + high / 2, name, size, colour))
     return picture
 
 

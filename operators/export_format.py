@@ -6,12 +6,12 @@ from __future__ import annotations
 from pathlib import Path
 
 import bpy
-from bpy.props import EnumProperty, StringProperty
+from bpy.props import EnumProperty
 from bpy.types import Context, Event, Operator
 
 from ..angen_addon.output.output_files import Exports, Outputs
 from ..angen_addon.output.run_log import log_of_run
-from ..angen_addon.relative_path import RELATIVE_PATH
+from ..angen_addon.relative_path import ChosenFile
 from ..angen_addon.view.panel_parts import draw_lines
 from ..sensor_logic.formats import FORMATS
 from .export_options import ExportOptions
@@ -25,7 +25,7 @@ HOME_ASSISTANT = (
 )
 
 
-class ANGEN_OT_export_format(ExportOptions, Operator):
+class ANGEN_OT_export_format(ExportOptions, Operator, ChosenFile):
     bl_idname = "angen.export_format"
     bl_label = "Export for Other Tools"
     bl_description = (
@@ -33,7 +33,6 @@ class ANGEN_OT_export_format(ExportOptions, Operator):
     )
 
     drawn = ("format", "selected_only")
-    filepath: StringProperty(subtype="FILE_PATH", options=RELATIVE_PATH)
     format: EnumProperty(name="Format", items=ITEMS)
 
     def invoke(self, context: Context, event: Event) -> set[str]:
@@ -52,7 +51,7 @@ class ANGEN_OT_export_format(ExportOptions, Operator):
 
     def export(self, context: Context) -> str:
         sensors, recording, start = self.chosen(context)
-        path = Path(bpy.path.abspath(self.filepath))
+        path = self.path
         if not path.suffix:
             path = path.with_suffix(FORMATS[self.format].extension)
         exports = Exports([self.format], [path])

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import bpy
@@ -14,6 +13,7 @@ from bpy_extras.io_utils import ExportHelper, ImportHelper
 from ..angen_addon.layout.apply import apply_layout
 from ..angen_addon.output.describe import layout_text
 from ..angen_addon.output.output_files import write
+from ..angen_addon.relative_path import RELATIVE_PATH, ChosenFile
 from ..angen_addon.scene.sensors import all_sensors
 from ..sensor_logic.error import AngenError, InputError
 from ..sensor_logic.files import check_folder
@@ -21,7 +21,7 @@ from ..sensor_logic.wording import plural
 from .polls import cancelled, needs
 
 
-class ANGEN_OT_import_layout(Operator, ImportHelper):
+class ANGEN_OT_import_layout(Operator, ChosenFile, ImportHelper):
     bl_idname = "angen.import_layout"
     bl_label = "Import Sensor Layout"
     bl_description = (
@@ -32,6 +32,10 @@ class ANGEN_OT_import_layout(Operator, ImportHelper):
 
     filename_ext = ".json"
     filter_glob: StringProperty(default="*.json", options={"HIDDEN"})
+    # Hidden as Blender's own importers have it, because Adjust Last Operation would show it.
+    filepath: StringProperty(
+        name="File Path", subtype="FILE_PATH", options={"HIDDEN", "SKIP_PRESET", *RELATIVE_PATH}
+    )
     remove: BoolProperty(
         name="Remove Others",
         description="Delete sensors that are not in the layout. Objects that are more than a "
@@ -43,7 +47,7 @@ class ANGEN_OT_import_layout(Operator, ImportHelper):
         return needs(cls, context.mode == "OBJECT", "Switch to Object Mode to import sensors")
 
     def execute(self, context: Context) -> set[str]:
-        path = Path(bpy.path.abspath(self.filepath))
+        path = self.path
         try:
             applied = apply_layout(path, self.remove)
         except InputError as error:
@@ -52,7 +56,7 @@ class ANGEN_OT_import_layout(Operator, ImportHelper):
         return {"FINISHED"}
 
 
-class ANGEN_OT_export_layout(Operator, ExportHelper):
+class ANGEN_OT_export_layout(Operator, ChosenFile, ExportHelper):
     bl_idname = "angen.export_layout"
     bl_label = "Export Sensor Layout"
     bl_description = (
@@ -71,7 +75,7 @@ class ANGEN_OT_export_layout(Operator, ExportHelper):
         return needs(cls, bool(all_sensors(context.view_layer)), "The scene has no sensors")
 
     def execute(self, context: Context) -> set[str]:
-        path = Path(bpy.path.abspath(self.filepath))
+        path = self.path
         sensors = all_sensors(context.view_layer)
         if self.selected_only:
             sensors = [sensor for sensor in sensors if sensor.selected]

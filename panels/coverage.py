@@ -79,7 +79,7 @@ def _draw_rooms(layout: UILayout, figures: dict, scene: Any, is_fresh: bool) -> 
     if figures["sensors"] > NAMES_SHOWN:
         box.label(text=f"and {figures['sensors'] - NAMES_SHOWN} more")
     if shown.is_of_proposal(scene):
-        box.label(text="Only the proposed places are counted", icon="INFO")
+        box.label(text="Only proposed places count", icon="INFO")
     box.active = is_fresh
     rooms = figures["rooms"]
     if len(rooms) > ROOMS_SHOWN:

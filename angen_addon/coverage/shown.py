@@ -333,7 +333,7 @@ def forget(scene: Any) -> None:
 
 
 class _Marking:
-    """Draws the map as wire when it no longer matches the scene.
+    """Draws maps as wire that no longer match the scene.
 
     Undo does not restore the display type, so it is checked again after each undo.
     """
@@ -347,12 +347,20 @@ class _Marking:
         self.note_edit(scene)
 
     def note_edit(self, scene: Any) -> None:
-        """Draw the map as wire if it no longer matches the scene, else textured."""
-        if KEY not in scene:
+        """Draw the last map textured if it matches the scene, and all other maps as wire.
+
+        Only the last map is known to match: the scene stores no fingerprint of the others.
+        """
+        found = summary(scene)
+        if found is None:
             return
-        look = "WIRE" if why_stale(scene) else "TEXTURED"
+        is_stale, motion = why_stale(scene), found.get("settings", {}).get("motion")
         for obj in scene.objects:
-            if is_map(obj) and obj.display_type != look:
+            if not is_map(obj) or obj[COVERAGE_MARK].startswith(ASIDE):
+                continue
+            is_last = motion in (None, obj[COVERAGE_MARK])
+            look = "TEXTURED" if is_last and not is_stale else "WIRE"
+            if obj.display_type != look:
                 obj.display_type = look
 
 

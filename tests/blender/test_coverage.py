@@ -303,3 +303,24 @@ def test_the_panel_names_the_detectors_and_the_colours(world):
     assert "and 2 more" in texts
     picture = import_module("bl_ext.user_default.angen_sensors.sensor_logic.coverage.picture")
     assert set(picture.LEVELS) <= set(texts)
+
+
+def test_a_map_of_another_motion_does_not_make_an_outdated_one_look_fresh(world):
+    scene = world.scene
+    world.hall(3, 2, 2.5)
+    world.pir(update_rate=10.0).location = (0.1, 1.0, 1.5)
+    sofa = world.box((0.4, 0.4, 0.4), (2, 1, 0.2), "Sofa")
+    scene.angen_coverage.motion, scene.angen_coverage.cell = "ARM", 0.5
+
+    def looks():
+        return {o.name: o.display_type for o in scene.objects if o.name.startswith("Coverage")}
+
+    bpy.ops.angen.coverage()
+    (arm,) = looks()
+    sofa.location.x += 0.2
+    world.update()
+    scene.angen_coverage.motion = "CAT"
+    bpy.ops.angen.coverage()
+    world.update()
+    assert looks().pop(arm, "WIRE") == "WIRE"
+    assert set(looks().values()) - {"WIRE"} == {"TEXTURED"}

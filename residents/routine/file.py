@@ -35,6 +35,7 @@ from .routine import (
     Person,
     Routine,
     RoutineActivity,
+    Spread,
     seconds,
     time_of_day,
 )
@@ -213,7 +214,7 @@ def _plan(table: TomlTable, persons: Any, activities: set[str]) -> FixedPoints:
                 row.take("spread", seconds, 0.0),
                 lasts,
                 until,
-                row.take("varies", number(0, 3), VARIES),
+                row.take("varies", _spread, (VARIES, VARIES)),
                 row.take("chance", number(0, 1), 1.0),
                 row.where(),
             )
@@ -231,13 +232,27 @@ def _filler(table: TomlTable, persons: Any, activities: set[str]) -> Filler:
         if name not in activities:
             raise row.error(f"the activity {name!r} is unknown; {suggestion(name, activities)}")
         weight = row.take("weight", number(0, 1e6))
-        varies = row.take("varies", number(0, 3), VARIES)
-        choices.append(Pastime(name, weight, row.take("lasts", _positive), varies))
+        varies = row.take("varies", _spread, (VARIES, VARIES))
+        lasts = row.take("lasts", _positive)
+        choices.append(Pastime(name, weight, lasts, varies, _after(row, activities)))
         row.finish()
     if sum(choice.weight for choice in choices) <= 0:
         raise table.error("no activity can be chosen: give at least one a weight above 0")
     table.finish()
     return Filler(person, days, begins, ends, tuple(choices))
+
+
+def _after(row: TomlTable, activities: set[str]) -> dict[str, float]:
+    """Return the weights of a filler's choice after each of some activities."""
+    found: dict[str, float] = {}
+    weights = row.below(row.take("after", dict, {}), "after")
+    for name in weights.values:
+        if name not in activities:
+            raise weights.error(
+                f"the activity {name!r} is unknown; {suggestion(name, activities)}", name
+            )
+        found[name] = weights.take(name, number(0, 1e6))
+    return found
 
 
 def _interruption(table: TomlTable, persons: Any, activities: set[str]) -> Interruption:
@@ -247,7 +262,7 @@ def _interruption(table: TomlTable, persons: Any, activities: set[str]) -> Inter
         table.one_of("activity", activities),
         table.take("times", number(0, 100)),
         table.take("lasts", _positive),
-        table.take("varies", number(0, 3), VARIES),
+        table.take("varies", _spread, (VARIES, VARIES)),
     )
     table.finish()
     return found
@@ -274,6 +289,16 @@ def _positive(value: Any) -> float:
     if not 0 < found <= 30 * DAY:
         raise ValueError(f"{value!r} must be above 0 and at most 30 days")
     return found
+
+
+def _spread(value: Any) -> Spread:
+    """Read the spread of a duration: a number, or one below and one above the median."""
+    if not isinstance(value, list):
+        return (number(0, 3)(value),) * 2
+    if len(value) != 2:
+        raise ValueError(f"{value!r} is not two numbers: below and above the median")
+    below, above = (number(0, 3)(one) for one in value)
+    return below, above
 
 
 def _names_reader(known: Mapping[str, Sequence[int]], what: str) -> Callable[[Any], frozenset[int]]:

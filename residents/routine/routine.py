@@ -22,6 +22,9 @@ SEASONS = {
 DAY = 86_400.0
 # The activity of a person who is not at home.
 AWAY = "Away"
+# The spread of a log-normal duration: the standard deviations of its logarithm below and above the
+# median.
+Spread = tuple[float, float]
 
 
 @dataclass(frozen=True)
@@ -110,8 +113,8 @@ class FixedPoint:
     until : float or None
         The mean end, s since midnight; more than 24 h is on the next day. Its standard deviation
         is `spread` too.
-    varies : float
-        The standard deviation of the duration's logarithm.
+    varies : Spread
+        The spread of the duration.
     chance : float
         The probability that the entry happens on a day.
     where : str
@@ -123,7 +126,7 @@ class FixedPoint:
     spread: float
     lasts: float | None
     until: float | None
-    varies: float
+    varies: Spread
     chance: float
     where: str
 
@@ -141,14 +144,22 @@ class FixedPoints:
 class Pastime:
     """One of the activities from which a filler draws at random.
 
-    The probability is proportional to `weight`. The duration is log-normal, with the median `lasts`
-    (s) and the standard deviation `varies` of its logarithm.
+    The probability is proportional to the weight. The duration is log-normal, with the median
+    `lasts` (s) and the spread `varies`.
+
+    Attributes
+    ----------
+    weight : float
+        The weight after any activity that `after` does not name.
+    after : mapping of str to float
+        The weight after each of some activities, by their names.
     """
 
     activity: str
     weight: float
     lasts: float
-    varies: float
+    varies: Spread
+    after: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -170,7 +181,7 @@ class Interruption:
     """An activity that interrupts another one, `during`, at random times.
 
     `times` is the mean number of interruptions each time that `during` is done. The duration is
-    log-normal, with the median `lasts` (s) and the standard deviation `varies` of its logarithm.
+    log-normal, with the median `lasts` (s) and the spread `varies`.
     """
 
     person: str
@@ -178,7 +189,7 @@ class Interruption:
     activity: str
     times: float
     lasts: float
-    varies: float
+    varies: Spread
 
 
 @dataclass(frozen=True)

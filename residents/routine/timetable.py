@@ -20,7 +20,7 @@ from math import inf
 from statistics import NormalDist
 
 from ...sensor_logic.error import InputError, explained
-from .routine import AWAY, DAY, FixedPoint, Interruption, Person, Routine, Segment
+from .routine import AWAY, DAY, FixedPoint, Interruption, Person, Routine, Segment, Spread
 
 # Random numbers for routines: one stream for each seed, person, date and purpose, so that another
 # day, person or entry changes nothing else. They are the same in every version of Python.
@@ -50,12 +50,15 @@ class Stream:
         value = _NORMAL.inv_cdf(min(max(self._uniform(), 1e-9), 1 - 1e-9))
         return min(max(value, -4.0), 4.0)
 
-    def log_normal(self, median: float, varies: float) -> float:
+    def log_normal(self, median: float, varies: float | Spread) -> float:
         """Draw a log-normal number with a median.
 
-        `varies` is the standard deviation of its logarithm.
+        `varies` is the standard deviation of its logarithm, or a pair of them: below and above the
+        median.
         """
-        return median * math.exp(varies * self.normal())
+        value = self.normal()
+        sigma = varies if isinstance(varies, float) else varies[value > 0]
+        return median * math.exp(sigma * value)
 
     def poisson(self, mean: float) -> int:
         """Draw a Poisson number by multiplying uniform numbers (Knuth), for small means."""
@@ -238,7 +241,12 @@ def _draw_filler(
             if begins > now:
                 soonest = min(soonest, begins)
                 continue
-            choice = filler.choices[stream.weighted_choice([c.weight for c in filler.choices])]
+            weights = [choice.after.get(doing, choice.weight) for choice in filler.choices]
+            if sum(weights) <= 0:
+                # Nothing may follow what was done last, so it goes on.
+                soonest = min(soonest, ends)
+                continue
+            choice = filler.choices[stream.weighted_choice(weights)]
             lasts = max(stream.log_normal(choice.lasts, choice.varies), SHORTEST)
             return choice.activity, min(now + lasts, until)
     return (AWAY if person.visitor else doing), soonest

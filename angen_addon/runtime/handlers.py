@@ -17,8 +17,8 @@ from bpy.app.handlers import persistent
 from ..advice import lacking
 from ..recording import store as recording_store
 from ..scene import facts
-from ..scene.changes import SHADING
 from ..scene.former_choices import replace_former_choices
+from ..scene.light.changes import SHADING
 from ..scene.light.scene import remove_left
 from . import playhead, state
 from .live import live_of

@@ -77,14 +77,6 @@ class ParsedLog:
         self.notes.append(note)
 
 
-def since_epoch(microseconds: int) -> datetime:
-    """Convert microseconds since 1970 to date and time in UTC, without a zone.
-
-    For a log without a zone, writers store times as if they were UTC.
-    """
-    return EPOCH + timedelta(microseconds=microseconds)
-
-
 def field_of(quantity: str) -> tuple[str, str]:
     """Return the first kind that has a boolean field of a quantity, and the field's name.
 

@@ -39,10 +39,10 @@ from numpy.typing import NDArray
 
 from ....sensor_logic.model import Array, LightShare
 from ....sensor_logic.physics import luminance
-from ..changes import NEVER, LightState
 from ..instances import shown_objects
 from ..timed import has_stiff_films
 from . import engine, faces, views
+from .changes import NEVER, LightState
 from .engine import to_rec709
 from .groups import LightGroups
 from .scene import LightScene, Simulated, begins_of, contents, is_portal, quietly

@@ -23,13 +23,13 @@ from ....sensor_logic.kind import LIGHT
 from ....sensor_logic.kinds import KINDS
 from ...process.standalone import standard_output_silenced
 from ..animation import is_animated
-from ..changes import SEEN_OF_OBJECT, object_values
 from ..facts import facts_of
 from ..instances import is_holder, shown_in, shown_objects
 from ..marks import LIGHT_MARK
 from ..sensors import unit_scale
 from ..timed import FILM_SOURCES, INSTANCING_MODIFIERS, is_simulated
 from ..units import light_factor, peak_power
+from .changes import SEEN_OF_OBJECT, object_values
 from .materials import Panes, glass_of, glows
 
 # Simulated objects: plain objects with their present shape replace them in a light scene.

@@ -201,10 +201,7 @@ def _plan(table: TomlTable, persons: Any, activities: set[str]) -> FixedPoints:
     entries = []
     for row in table.tables("entries"):
         at = row.take("at", time_of_day)
-        until = row.take("until", time_of_day, None)
-        lasts = row.take("lasts", _positive, None)
-        if (until is None) == (lasts is None):
-            raise row.error("an entry must have either 'lasts' or 'until', and not both")
+        lasts, until = _lasts_or_until(row)
         if until is not None and until <= at:
             until += DAY
         entries.append(
@@ -224,6 +221,15 @@ def _plan(table: TomlTable, persons: Any, activities: set[str]) -> FixedPoints:
     return FixedPoints(person, days, tuple(entries))
 
 
+def _lasts_or_until(row: TomlTable) -> tuple[float | None, float | None]:
+    """Return the duration of an entry or choice, or the time of day at which it ends."""
+    lasts = row.take("lasts", _positive, None)
+    until = row.take("until", time_of_day, None)
+    if (until is None) == (lasts is None):
+        raise row.error("give either 'lasts' or 'until', and not both")
+    return lasts, until
+
+
 def _filler(table: TomlTable, persons: Any, activities: set[str]) -> Filler:
     person, days = table.one_of("person", persons), _days(table)
     begins, ends = table.take("between", _between)
@@ -231,10 +237,20 @@ def _filler(table: TomlTable, persons: Any, activities: set[str]) -> Filler:
     for name, row in table.named("choose"):
         if name not in activities:
             raise row.error(f"the activity {name!r} is unknown; {suggestion(name, activities)}")
-        weight = row.take("weight", number(0, 1e6))
-        varies = row.take("varies", _spread, (VARIES, VARIES))
-        lasts = row.take("lasts", _positive)
-        choices.append(Pastime(name, weight, lasts, varies, _after(row, activities)))
+        lasts, until = _lasts_or_until(row)
+        choices.append(
+            Pastime(
+                name,
+                row.take("weight", number(0, 1e6)),
+                lasts,
+                row.take("varies", _spread, (VARIES, VARIES)),
+                until,
+                row.take("spread", seconds, 0.0),
+                _after(row, activities),
+                row.take("usual", _usual, None),
+                row.take("regular", number(0, 1), 1.0),
+            )
+        )
         row.finish()
     if sum(choice.weight for choice in choices) <= 0:
         raise table.error("no activity can be chosen: give at least one a weight above 0")
@@ -299,6 +315,16 @@ def _spread(value: Any) -> Spread:
         raise ValueError(f"{value!r} is not two numbers: below and above the median")
     below, above = (number(0, 3)(one) for one in value)
     return below, above
+
+
+def _usual(value: Any) -> tuple[float, float]:
+    """Read how often an activity has usually begun when a filler begins, and when it ends."""
+    if not isinstance(value, list) or len(value) != 2:
+        raise ValueError(f"{value!r} is not two numbers: when the filler begins, and when it ends")
+    before, later = (number(0, 1000)(one) for one in value)
+    if later < before:
+        raise ValueError(f"{value!r}: the second number is smaller than the first")
+    return before, later
 
 
 def _names_reader(known: Mapping[str, Sequence[int]], what: str) -> Callable[[Any], frozenset[int]]:

@@ -25,6 +25,10 @@ AWAY = "Away"
 # The spread of a log-normal duration: the standard deviations of its logarithm below and above the
 # median.
 Spread = tuple[float, float]
+# When the day begins in which activities are counted, s since midnight: as in surveys of time use.
+NEW_DAY = 4 * 3600.0
+# How often an activity begins within a filler at least, where a filler makes up for others. Assumed.
+LEAST_DUE = 0.05
 
 
 @dataclass(frozen=True)
@@ -144,22 +148,47 @@ class FixedPoints:
 class Pastime:
     """One of the activities from which a filler draws at random.
 
-    The probability is proportional to the weight. The duration is log-normal, with the median
-    `lasts` (s) and the spread `varies`.
+    The probability is proportional to the weight.
 
     Attributes
     ----------
     weight : float
         The weight after any activity that `after` does not name.
+    lasts : float or None
+        The median of the log-normally distributed duration, s. None if `until` is given.
+    varies : Spread
+        The spread of the duration.
+    until, spread : float
+        Mean and standard deviation of the end, s since midnight; `until` is None if `lasts` is
+        given.
     after : mapping of str to float
         The weight after each of some activities, by their names.
+    usual : tuple of float, or None
+        How many times a day it has usually begun when the filler begins, and when it ends. A day
+        is from `NEW_DAY` to `NEW_DAY`. With None, the weight does not depend on this.
+    regular : float
+        How much the weight depends on `usual`: 0 not at all, 1 as much as makes up for the
+        difference within the filler.
     """
 
     activity: str
     weight: float
-    lasts: float
+    lasts: float | None
     varies: Spread
+    until: float | None = None
+    spread: float = 0.0
     after: Mapping[str, float] = field(default_factory=dict)
+    usual: tuple[float, float] | None = None
+    regular: float = 1.0
+
+    def weight_now(self, last: str, times: int) -> float:
+        """Return the weight after the activity `last`, if this one has begun `times` times."""
+        weight = self.after.get(last, self.weight)
+        if self.usual is None:
+            return weight
+        before, later = self.usual
+        due = (later - times) / max(later - before, LEAST_DUE)
+        return weight * max(1.0 + self.regular * (due - 1.0), 0.0)
 
 
 @dataclass(frozen=True)

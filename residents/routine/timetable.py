@@ -13,6 +13,7 @@ import hashlib
 import io
 import math
 import random
+from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from datetime import date, datetime, time, timedelta
@@ -20,7 +21,18 @@ from math import inf
 from statistics import NormalDist
 
 from ...sensor_logic.error import InputError, explained
-from .routine import AWAY, DAY, FixedPoint, Interruption, Person, Routine, Segment, Spread
+from .routine import (
+    AWAY,
+    DAY,
+    NEW_DAY,
+    FixedPoint,
+    Interruption,
+    Pastime,
+    Person,
+    Routine,
+    Segment,
+    Spread,
+)
 
 # Random numbers for routines: one stream for each seed, person, date and purpose, so that another
 # day, person or entry changes nothing else. They are the same in every version of Python.
@@ -168,16 +180,20 @@ def _person_segments(
 ) -> Iterator[Segment]:
     """Yield what a person does, before interruptions and absences are applied."""
     now, doing = -DAY, person.begins
+    times: Counter[tuple[float, str]] = Counter()
     drawn = [_draw_plan_entries(routine, person, day, draws) for day in range(-1, days)]
     for day, points in enumerate(drawn, start=-1):
         filling = draws.stream(person.name, day, "filler")
         later = [*points, *(drawn[day + 2] if day + 2 < len(drawn) else ())]
         for number, point in enumerate([*points, None]):
-            until = (day + 1) * DAY if point is None else max(point.start, now)
+            # The next entry cuts an activity short, midnight does not.
+            cut = max(later[number].start, now) if number < len(later) else inf
+            until = (day + 1) * DAY if point is None else cut
             while now < until:
                 activity, end = _draw_filler(
-                    routine, person, draws.first, day, now, until, doing, filling
+                    routine, person, draws.first, day, now, until, cut, doing, times, filling
                 )
+                times[_counted(now, activity)] += activity != doing
                 yield Segment(now, end, person.name, activity)
                 now, doing = end, activity
             if point is None:
@@ -186,12 +202,18 @@ def _person_segments(
             # What is under way ends in time for all entries of this day and the next.
             end = min([end, *(other.latest for other in later[number + 1 :])])
             if end - now >= SHORTEST:
+                times[_counted(now, point.activity)] += point.activity != doing
                 yield Segment(now, end, person.name, point.activity)
                 now, doing = end, point.activity
                 # A new stream after each fixed point: earlier draws change nothing later.
                 filling = draws.stream(person.name, day, f"filler after {point.name}")
         if person.visitor:
             doing = AWAY
+
+
+def _counted(time: float, activity: str) -> tuple[float, str]:
+    """Return the day in which an activity that begins at a time is counted, with its name."""
+    return (time - NEW_DAY) // DAY, activity
 
 
 def _draw_plan_entries(
@@ -222,8 +244,8 @@ def _draw_plan_entry(entry: FixedPoint, name: str, midnight: float, stream: Stre
 
 
 def _draw_filler(
-    routine: Routine, person: Person, first: date, day: int, now: float, until: float,
-    doing: str, stream: Stream,
+    routine: Routine, person: Person, first: date, day: int, now: float, until: float, cut: float,
+    doing: str, times: Counter[tuple[float, str]], stream: Stream,
 ) -> tuple[str, float]:  # fmt: skip
     """Return an activity that a person does from `now` on, and its end, at most `until`.
 
@@ -241,15 +263,23 @@ def _draw_filler(
             if begins > now:
                 soonest = min(soonest, begins)
                 continue
-            weights = [choice.after.get(doing, choice.weight) for choice in filler.choices]
+            weights = [c.weight_now(doing, times[_counted(now, c.activity)]) for c in filler.choices]
             if sum(weights) <= 0:
                 # Nothing may follow what was done last, so it goes on.
                 soonest = min(soonest, ends)
                 continue
             choice = filler.choices[stream.weighted_choice(weights)]
-            lasts = max(stream.log_normal(choice.lasts, choice.varies), SHORTEST)
-            return choice.activity, min(now + lasts, until)
+            return choice.activity, min(_drawn_end(choice, now, stream), cut)
     return (AWAY if person.visitor else doing), soonest
+
+
+def _drawn_end(choice: Pastime, now: float, stream: Stream) -> float:
+    """Return when an activity that a filler chose `now` ends."""
+    if choice.until is None:
+        lasts = stream.log_normal(choice.lasts or 0.0, choice.varies)
+    else:
+        lasts = (choice.until - now) % DAY + choice.spread * stream.normal()
+    return now + max(lasts, SHORTEST)
 
 
 def _with_interruptions(

@@ -221,6 +221,13 @@ def _plan(table: TomlTable, persons: Any, activities: set[str]) -> FixedPoints:
     return FixedPoints(person, days, tuple(entries))
 
 
+def _regular(row: TomlTable) -> tuple[tuple[float, float], float]:
+    """Return how often a choice is usual, and how much its weight depends on it."""
+    if ("usual" in row.values) != ("regular" in row.values):
+        raise row.error("give both 'usual' and 'regular', or neither")
+    return row.take("usual", _usual, (0.0, 0.0)), row.take("regular", number(0, 100), 0.0)
+
+
 def _lasts_or_until(row: TomlTable) -> tuple[float | None, float | None]:
     """Return the duration of an entry or choice, or the time of day at which it ends."""
     lasts = row.take("lasts", _positive, None)
@@ -247,8 +254,7 @@ def _filler(table: TomlTable, persons: Any, activities: set[str]) -> Filler:
                 until,
                 row.take("spread", seconds, 0.0),
                 _after(row, activities),
-                row.take("usual", _usual, None),
-                row.take("regular", number(0, 1), 1.0),
+                *_regular(row),
             )
         )
         row.finish()

@@ -27,8 +27,6 @@ AWAY = "Away"
 Spread = tuple[float, float]
 # When the day begins in which activities are counted, s since midnight: as in surveys of time use.
 NEW_DAY = 4 * 3600.0
-# How often an activity begins within a filler at least, where a filler makes up for others. Assumed.
-LEAST_DUE = 0.05
 
 
 @dataclass(frozen=True)
@@ -163,12 +161,12 @@ class Pastime:
         given.
     after : mapping of str to float
         The weight after each of some activities, by their names.
-    usual : tuple of float, or None
+    usual : tuple of float
         How many times a day it has usually begun when the filler begins, and when it ends. A day
-        is from `NEW_DAY` to `NEW_DAY`. With None, the weight does not depend on this.
+        is from `NEW_DAY` to `NEW_DAY`.
     regular : float
-        How much the weight depends on `usual`: 0 not at all, 1 as much as makes up for the
-        difference within the filler.
+        The share by which the weight grows for each time that it has begun less often than usual,
+        and shrinks for each time more.
     """
 
     activity: str
@@ -178,17 +176,24 @@ class Pastime:
     until: float | None = None
     spread: float = 0.0
     after: Mapping[str, float] = field(default_factory=dict)
-    usual: tuple[float, float] | None = None
-    regular: float = 1.0
+    usual: tuple[float, float] = (0.0, 0.0)
+    regular: float = 0.0
 
-    def weight_now(self, last: str, times: int) -> float:
-        """Return the weight after the activity `last`, if this one has begun `times` times."""
-        weight = self.after.get(last, self.weight)
-        if self.usual is None:
-            return weight
+    def weight_now(self, last: str, times: int, part: float) -> float:
+        """Return the weight at a time.
+
+        Parameters
+        ----------
+        last : str
+            The activity before.
+        times : int
+            How many times this activity has begun on the day.
+        part : float
+            The part of the filler that is over.
+        """
         before, later = self.usual
-        due = (later - times) / max(later - before, LEAST_DUE)
-        return weight * max(1.0 + self.regular * (due - 1.0), 0.0)
+        missing = before + part * (later - before) - times
+        return self.after.get(last, self.weight) * max(1.0 + self.regular * missing, 0.0)
 
 
 @dataclass(frozen=True)

@@ -263,7 +263,11 @@ def _draw_filler(
             if begins > now:
                 soonest = min(soonest, begins)
                 continue
-            weights = [c.weight_now(doing, times[_counted(now, c.activity)]) for c in filler.choices]
+            part = (now - begins) / (ends - begins)
+            weights = [
+                choice.weight_now(doing, times[_counted(now, choice.activity)], part)
+                for choice in filler.choices
+            ]
             if sum(weights) <= 0:
                 # Nothing may follow what was done last, so it goes on.
                 soonest = min(soonest, ends)

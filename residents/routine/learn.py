@@ -39,9 +39,10 @@ from .timetable import OTHER, timetable
 HOUR = 3600.0
 Values = npt.NDArray[np.float64]
 # Days of the week that can have habits of their own, and how many days of each that takes.
-KINDS_OF_DAY = {"weekdays": frozenset(range(5)), "weekend": frozenset((5, 6))}
-DAILY = {"daily": frozenset(range(7))}
+KINDS_OF_DAY = (frozenset(range(5)), frozenset((5, 6)))
 LEAST_DAYS = 4
+# From this time on, habits are those of the kind of day that follows: an evening before work.
+EVENING = 18 * HOUR
 # A day counts as observed if activities cover this share of it. Assumed.
 LEAST_COVERED = 0.2
 
@@ -310,8 +311,8 @@ class _Habits:
         for hour in range(24):
             ends = NEW_DAY + (hour + 1) * HOUR
             count = np.sum((self.begins >= begins) & (self.begins < ends))
-            # A span never goes over midnight, where another day of the week begins.
-            if count >= LEAST_BEGUN or ends in (DAY, DAY + NEW_DAY):
+            # A span never goes over a time at which another kind or day of the week begins.
+            if count >= LEAST_BEGUN or ends in (EVENING, DAY, DAY + NEW_DAY):
                 found.append((begins, ends))
                 begins = ends
         return found
@@ -387,21 +388,25 @@ def _until(choice: Pastime, habits: _Habits, mine: npt.NDArray[np.bool_], near: 
     return replace(choice, lasts=None, until=middle % DAY, spread=(high - low) / 2)
 
 
-def _calendar(days: Collection[int], begins: float) -> Calendar:
-    """Return the days of the week of a kind of day on which a time of it lies."""
-    later = int(begins >= DAY)
-    return Calendar(frozenset((day + later) % 7 for day in days))
-
-
 # Routines of one person.
 
 
 @dataclass(frozen=True)
 class _Span:
-    """A filler of a kind of day, with how many times a day each activity begins near it."""
+    """A filler with what it was learnt from.
+
+    Attributes
+    ----------
+    days : frozenset of int
+        The days of the week, from `NEW_DAY` to `NEW_DAY`.
+    begins, ends : float
+        The times between which it applies, s since the midnight of such a day.
+    wanted : mapping
+        How many times a day each activity begins then, or just before or after.
+    """
 
     filler: Filler
-    kind: str
+    days: frozenset[int]
     begins: float
     ends: float
     wanted: Mapping[str, float]
@@ -412,8 +417,7 @@ def learn(log: LivedDays, person: Person) -> Routine:
 
     Its activities have no steps of their own: `wait` stands in for them.
     """
-    kinds = _kinds_of_day(log.outer)
-    spans = [span for kind in kinds for span in _spans(log, person, kind, kinds[kind])]
+    spans = [span for of in _kinds_of_day(log.outer) for span in _spans(log, person, of)]
     interruptions = tuple(_interruptions(log, person))
     names = {choice.activity for span in spans for choice in span.filler.choices}
     names |= {rule.activity for rule in interruptions}
@@ -423,7 +427,7 @@ def learn(log: LivedDays, person: Person) -> Routine:
     for number in range(ROUNDS):
         routine = replace(routine, fillers=tuple(span.filler for span in spans))
         drawn = draw(routine, person.name, DRAWN_DAYS, number)
-        spans = _corrected(spans, drawn, kinds)
+        spans = _corrected(spans, drawn)
     return replace(routine, fillers=tuple(span.filler for span in spans))
 
 
@@ -435,21 +439,32 @@ def draw(
     return lived([one for one in segments if one.person == person], first)
 
 
-def _kinds_of_day(days: Days) -> dict[str, frozenset[int]]:
+def _kinds_of_day(days: Days) -> tuple[frozenset[int], ...]:
     """Return the kinds of day that have habits of their own: weekdays and weekend, or all days."""
-    counts = [sum(day.weekday() in of for day in days) for of in KINDS_OF_DAY.values()]
-    return KINDS_OF_DAY if min(counts) >= LEAST_DAYS else DAILY
+    counts = [len(_on(days, of)) for of in KINDS_OF_DAY]
+    return KINDS_OF_DAY if min(counts) >= LEAST_DAYS else (frozenset(range(7)),)
 
 
-def _spans(log: LivedDays, person: Person, kind: str, weekdays: frozenset[int]) -> Iterator[_Span]:
-    days = {day: begun for day, begun in log.outer.items() if day.weekday() in weekdays}
-    habits = _Habits.of(days)
-    for begins, ends in habits.spans():
-        choices = tuple(_choices(habits, begins, ends, log.rest))
-        if choices:
-            since, until = begins % DAY, ends % DAY or DAY
-            filler = Filler(person.name, _calendar(weekdays, begins), since, until, choices)
-            yield _Span(filler, kind, begins, ends, _rates(habits, begins, ends))
+def _on(days: Days, weekdays: Collection[int]) -> Days:
+    """Return the days that are on some days of the week."""
+    return {day: begun for day, begun in days.items() if day.weekday() in weekdays}
+
+
+def _spans(log: LivedDays, person: Person, kind: frozenset[int]) -> Iterator[_Span]:
+    """Yield the fillers for a kind of day and the evening before, in order of time."""
+    before = frozenset((day - 1) % 7 for day in kind)
+    for days, is_evening in ((before, True), (kind, False)):
+        habits = _Habits.of(_on(log.outer, days))
+        for begins, ends in habits.spans():
+            if (begins >= EVENING) != is_evening:
+                continue
+            choices = tuple(_choices(habits, begins, ends, log.rest))
+            if choices:
+                # After midnight, the calendar has the next day.
+                on = Calendar(days if begins < DAY else kind)
+                since, until = begins % DAY, ends % DAY or DAY
+                filler = Filler(person.name, on, since, until, choices)
+                yield _Span(filler, days, begins, ends, _rates(habits, begins, ends))
 
 
 def _rates(habits: _Habits, begins: float, ends: float) -> dict[str, float]:
@@ -461,17 +476,12 @@ def _rates(habits: _Habits, begins: float, ends: float) -> dict[str, float]:
     }
 
 
-def _corrected(
-    spans: Sequence[_Span], drawn: LivedDays, kinds: Mapping[str, frozenset[int]]
-) -> list[_Span]:
+def _corrected(spans: Sequence[_Span], drawn: LivedDays) -> list[_Span]:
     """Return the fillers with weights that bring drawn rates nearer to those of the log."""
-    habits = {
-        kind: _Habits.of({d: begun for d, begun in drawn.outer.items() if d.weekday() in of})
-        for kind, of in kinds.items()
-    }
+    habits = {days: _Habits.of(_on(drawn.outer, days)) for days in {span.days for span in spans}}
     found = []
     for span in spans:
-        rates = _rates(habits[span.kind], span.begins, span.ends)
+        rates = _rates(habits[span.days], span.begins, span.ends)
         choices = []
         for choice in span.filler.choices:
             name, factor = choice.activity, 1.0

@@ -258,10 +258,10 @@ def _draw_filler(
         # The filler of the previous day can last past midnight.
         for since in (day, day - 1):
             begins, ends = since * DAY + filler.begins, since * DAY + filler.ends
-            if first + timedelta(since) not in filler.days or ends <= now:
+            if ends <= now or begins >= soonest or first + timedelta(since) not in filler.days:
                 continue
             if begins > now:
-                soonest = min(soonest, begins)
+                soonest = begins
                 continue
             part = (now - begins) / (ends - begins)
             weights = [

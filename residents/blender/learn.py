@@ -15,7 +15,7 @@ from ...angen_addon.commands.parser import Parser, argument_type, path, whole_nu
 from ...sensor_logic.error import AngenError, InputError, explained
 from ...sensor_logic.files import read_text, write_files
 from ...sensor_logic.formats import activities
-from ...sensor_logic.formats.activities import DoneActivity
+from ...sensor_logic.formats.activities import SOMEBODY, DoneActivity
 from ...sensor_logic.formats.label_map import read_map
 from ...sensor_logic.formats.outputs import check_apart
 from ...sensor_logic.log import parse_date
@@ -26,8 +26,6 @@ from ..routine.routine import AWAY, Person, Routine, RoutineActivity
 from ..routine.text import diary_text, duration, routine_text
 from ..routine.timetable import OTHER, timetable
 
-# The person of a log that names none.
-SOMEBODY = "resident"
 # What stands in for the steps of an activity: one stays where one is.
 NO_STEPS = ("wait 5 s",)
 # In the labels of an activity: what the log calls it.

@@ -218,17 +218,29 @@ def _with_whole_nights(
                     last = later
         end = segments[last].end
         if last > at and end - one.start >= NIGHT:
-            interruptions += [
-                replace(inner, start=one.start, end=one.start + inner.end - inner.start)
-                for inner in segments[at + 1 : last]
-                if inner.activity != rest
-            ]
+            interruptions += _between_rests(segments[at : last + 1], rest)
             one = replace(one, end=end)
         else:
             last = at
         found.append(one)
         at = last + 1
     return found, interruptions
+
+
+def _between_rests(night: Sequence[Segment], rest: str) -> Iterator[Segment]:
+    """Yield one interruption for each time between two rests, named by what took longest then."""
+    between: list[Segment] = []
+    for one in night:
+        if one.activity != rest:
+            between.append(one)
+        elif between:
+            most = max(
+                between, key=lambda inner: (inner.activity != OTHER, inner.end - inner.start)
+            )
+            start = night[0].start
+            lasts = between[-1].end - between[0].start
+            yield replace(most, start=start, end=start + lasts)
+            between = []
 
 
 # Habits of a kind of day.

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from datetime import datetime, timedelta
 from itertools import pairwise
 from pathlib import Path
@@ -24,7 +24,8 @@ from typing import NamedTuple
 
 from ..error import InputError, explained, replaced
 from . import casas
-from .source import EPOCH
+from .log import LoggedActivity, since
+from .source import ACTIVITY_HEADER, EPOCH, read_activities
 
 # The names of the columns of a table, in lower case and without spaces and underscores.
 STARTS = ("start", "starttime", "begin")
@@ -41,6 +42,8 @@ ABOVE = re.compile(r"\s*(-[-\s]*|[A-Za-z][^\d]*)?")
 # The mark of an activity in CASAS text: `Sleeping begin`, `R1_Sleeping end` or `Step_Out="begin"`.
 MARK = re.compile(r"([^\s,=]+)(?:\s+|=\")(begin|end)\b", re.IGNORECASE)
 PERSON = re.compile(r"(R\d+|Resident\d+)_(.+)")
+# The person of a log that names none.
+SOMEBODY = "resident"
 # The month of a date such as 25-Feb-2008.
 MONTHS = ("jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec")
 
@@ -76,6 +79,31 @@ def read(path: Path) -> tuple[list[DoneActivity], list[str]]:
             "CASAS text with begin and end, or a folder of days or of pyadlml"
         )
     return kept, notes
+
+
+def read_logged(
+    path: Path, start: datetime, labels: Mapping[str, str] | None = None
+) -> tuple[list[LoggedActivity], list[str]]:
+    """Return the activities of a log in microseconds since `start`, and a note for each repair.
+
+    `labels` has, for some activities, the names that replace them. Raise InputError or OSError.
+    """
+    if not path.is_dir():
+        with open(path, encoding="utf-8-sig", errors="replace") as file:
+            is_table = file.readline().rstrip() == ",".join(ACTIVITY_HEADER)
+        if is_table:
+            return read_activities(path, start, labels), []
+    found, notes = read(path)
+    return [
+        LoggedActivity(
+            since(start, one.start),
+            since(start, one.end),
+            one.person or SOMEBODY,
+            (labels or {}).get(one.activity, one.activity),
+            "",
+        )
+        for one in found
+    ], notes
 
 
 def is_activities(path: Path) -> bool:
@@ -127,7 +155,7 @@ def _table(lines: Sequence[str]) -> tuple[str, dict[str, int]] | None:
     if not lines:
         return None
     for separator in (",", ";", "\t"):
-        header = [_plain(name) for name in lines[0].split(separator)]
+        header = [plain(name) for name in lines[0].split(separator)]
         places = {
             role: next((header.index(name) for name in names if name in header), -1)
             for role, names in (
@@ -141,7 +169,8 @@ def _table(lines: Sequence[str]) -> tuple[str, dict[str, int]] | None:
     return None
 
 
-def _plain(name: str) -> str:
+def plain(name: str) -> str:
+    """Return the name of a column in lower case, without spaces, underscores and quotes."""
     return re.sub(r"[\s_\"]", "", name).lower()
 
 
@@ -156,7 +185,7 @@ def _of_table(path: Path, lines: Sequence[str]) -> Iterator[DoneActivity]:
             continue
         where = f"{path}, line {rows.line_num}"
         with explained(where, ValueError, IndexError):
-            start, end = (_time(row[places[key]]) for key in ("start", "end"))
+            start, end = (parsed_time(row[places[key]]) for key in ("start", "end"))
             activity = row[places["activity"]].strip()
             person = row[places["person"]].strip() if places["person"] >= 0 else ""
         if not activity:
@@ -168,7 +197,10 @@ def _of_intervals(path: Path, lines: Iterable[str]) -> Iterator[DoneActivity]:
     for number, line in enumerate(lines, start=1):
         if found := INTERVAL.fullmatch(line):
             with explained(f"{path}, line {number}", ValueError):
-                start, end = _time(f"{found[1]} {found[2]}"), _time(f"{found[3]} {found[4]}")
+                start, end = (
+                    parsed_time(f"{found[1]} {found[2]}"),
+                    parsed_time(f"{found[3]} {found[4]}"),
+                )
             yield DoneActivity(start, end, "", found[5])
         elif found := LENGTH.fullmatch(line):
             start = EPOCH + timedelta(seconds=int(found[1]))
@@ -189,7 +221,7 @@ def _of_marks(path: Path, lines: Iterable[str], notes: list[str]) -> Iterator[Do
         if mark is None:
             continue
         with explained(f"{path}, line {number}", ValueError):
-            time = _time(f"{row[1]} {row[2]}")
+            time = parsed_time(f"{row[1]} {row[2]}")
         label, word = mark[1], mark[2].lower()
         if word == "begin":
             lost += label in begun
@@ -203,7 +235,7 @@ def _of_marks(path: Path, lines: Iterable[str], notes: list[str]) -> Iterator[Do
         notes.append(f"{path}: {lost + len(begun)} marks without their begin or end left out")
 
 
-def _time(text: str) -> datetime:
+def parsed_time(text: str) -> datetime:
     """Return a date and time as one of the formats writes it; raise ValueError for another text."""
     text = text.strip()
     day, _, clock = text.replace("T", " ").partition(" ")

@@ -22,7 +22,7 @@ from typing import Any
 
 import bpy
 import numpy as np
-from angen_sensors.angen_addon.coverage.floor import cells_of
+from angen_sensors.angen_addon.coverage.floor_cells import cells_of
 from angen_sensors.angen_addon.coverage.maps import Views, detectors, whole_map
 from angen_sensors.angen_addon.progress import finished
 from angen_sensors.angen_addon.scene.home import EvaluatedHome

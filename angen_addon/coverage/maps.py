@@ -33,7 +33,7 @@ from ..scene.sensors import (
     read_pose,
 )
 from ..scene.surfaces import SURFACES
-from .floor import cells_of
+from .floor_cells import cells_of
 
 # Coverage casts its bundles under numbers below this, which no sensor's model uses.
 BUNDLE = -10

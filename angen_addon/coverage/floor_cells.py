@@ -13,6 +13,7 @@ from ...sensor_logic.error import AngenError
 from ...sensor_logic.model import Array
 from ..plan.rooms import Labels, labels_of, storeys_of
 from ..progress import Doing, saying
+from ..scene.evaluated_home import EvaluatedHome
 from ..scene.floor import (
     MOST_CELLS,
     OVER_M,
@@ -25,7 +26,6 @@ from ..scene.floor import (
     free_ways,
     passable,
 )
-from ..scene.home import EvaluatedHome
 from ..scene.rooms import Volume, volumes
 from ..scene.sensors import Sensor
 

@@ -21,7 +21,7 @@ from ...sensor_logic.kind import RAYS, Kind
 from ...sensor_logic.kinds import KINDS
 from ...sensor_logic.model import Array, Pose, Update
 from ..progress import Doing
-from ..scene.home import EvaluatedHome
+from ..scene.evaluated_home import EvaluatedHome
 from ..scene.instances import Uid
 from ..scene.sensors import (
     Sensor,

@@ -22,8 +22,8 @@ from ...sensor_logic.kind import Kind
 from ...sensor_logic.model import Array, Pose
 from ..plan.storeys import WALL_M, may_move
 from ..progress import Doing, Enough, saying
+from ..scene.evaluated_home import EvaluatedHome
 from ..scene.floor import Steps, cast_along
-from ..scene.home import EvaluatedHome
 from ..scene.sensors import Sensor
 from .floor_cells import cells_of
 from .maps import Views, check_cell, detectors, upper_bound_map, whole_map

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ...sensor_logic.coverage.grid import NO_ROOM
 from ...sensor_logic.error import AngenError
 from ...sensor_logic.model import Array
+from ..scene.evaluated_home import EvaluatedHome
 from ..scene.floor import (
     CASTS_AT_ONCE,
     OVER_M,
@@ -22,7 +23,6 @@ from ..scene.floor import (
     free_ways,
     passable,
 )
-from ..scene.home import EvaluatedHome
 from ..scene.rooms import Mask, Volume, room_at
 from ..scene.sensors import Sensor
 from .storeys import group_by_storey, sensor_in_plan

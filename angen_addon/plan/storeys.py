@@ -21,7 +21,7 @@ from ..runtime import state
 from ..runtime.sensor_runner import all_rays
 from ..runtime.time_base import clock_of, evaluated_depsgraph
 from ..runtime.trace import SensorRays
-from ..scene.home import EvaluatedHome, SolidSurface
+from ..scene.evaluated_home import EvaluatedHome, SolidSurface
 from ..scene.instances import Uid
 from ..scene.sensors import Sensor
 

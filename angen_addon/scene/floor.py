@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...sensor_logic.model import Array
-from .home import EvaluatedHome
+from .evaluated_home import EvaluatedHome
 from .rooms import Mask
 
 # m above the floor: below the heads of doors, and above furniture that is no partition.

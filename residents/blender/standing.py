@@ -20,6 +20,7 @@ from ...angen_addon.plan.rooms import labels_of, storeys_of
 from ...angen_addon.plan.storeys import GRAIN_M, around, grouped
 from ...angen_addon.progress import Shares, finished, saying, scaled
 from ...angen_addon.scene.bearers import candidates
+from ...angen_addon.scene.evaluated_home import EvaluatedHome
 from ...angen_addon.scene.floor import (
     MOST_CELLS,
     OVER_M,
@@ -32,7 +33,6 @@ from ...angen_addon.scene.floor import (
     free_ways,
     passable,
 )
-from ...angen_addon.scene.home import EvaluatedHome
 from ...angen_addon.scene.rays.solids import Solid
 from ...angen_addon.scene.rooms import Mask, volumes
 from ...angen_addon.scene.sensors import all_sensors, assigned_room

@@ -319,7 +319,7 @@ def _measure_days(shared: Sequence[Day], task: Task, enabled: Sequence[Sensor]) 
     # Imported here because pandas takes some 50 MB of a worker's memory.
     from . import truth
 
-    rows = DayRows.of([day_of_sensors(day, enabled) for day in shared])
+    rows = DayRows.joined([day_of_sensors(day, enabled) for day in shared])
     sensors = with_run_names(enabled)
     rooms = {sensor.name: sensor.room for sensor in sensors}
     days = truth.days_from_rows(rows, task.days)

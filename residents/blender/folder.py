@@ -159,7 +159,7 @@ class Folder:
             found.append(day)
         if not found:
             return 0, []
-        whole = DayRows.of(found)
+        whole = DayRows.joined(found)
         texts: dict[Path, Any] = {self._path / n: text for n, text in whole.files().items()}
         texts[self._path / "home.toml"] = self._home_toml(len(found))
         notes = self._add_formats(whole, texts)

@@ -203,7 +203,7 @@ def _tables(morning: Morning, bench: Bench) -> dict[str, str]:
             except StopIteration as end:
                 day = end.value
                 break
-    files: dict[str, str] = part("residents.days.rows").DayRows.of([day]).files()
+    files: dict[str, str] = part("residents.days.rows").DayRows.joined([day]).files()
     return {name: bench.plain(text) for name, text in files.items()}
 
 

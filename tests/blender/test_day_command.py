@@ -182,7 +182,7 @@ def test_a_script_gets_the_same_days(lived: Callable[..., Path], home: Path) -> 
     routine = home.parent / "week.toml"
     made = list(opened.days(routine, "2026-03-02", seed=1, progress=told.append))
     assert told == sorted(told) and told[-1] == 1.0
-    files = rows_of.DayRows.of(made).files()
+    files = rows_of.DayRows.joined(made).files()
     for name, text in files.items():
         assert (home.parent / "out" / name).read_bytes() == text.encode()
     with pytest.raises(error, match="is not a date"):

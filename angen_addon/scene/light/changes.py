@@ -153,7 +153,7 @@ class LightChanges:
         world = scene.world.session_uid if scene.world else 0
         names = [(name, looked_up(name, view_layer)) for name in sorted(self._names)]
         shown = list(shown_objects(view_layer))
-        apart, other = powers(shown)
+        apart, other = lamp_powers(shown)
         uids = [obj.session_uid for obj in shown]
         found = (
             _digest(apart),
@@ -269,7 +269,7 @@ def looks_at_places(tree: Any) -> bool:
     return any(getattr(n, "object", None) or n.type == "ATTRIBUTE" for n in tree.nodes)
 
 
-def powers(shown: Sequence[Any]) -> tuple[list[Any], list[Any]]:
+def lamp_powers(shown: Sequence[Any]) -> tuple[list[Any], list[Any]]:
     """Return the powers of lamps that light groups can separate, and the powers of all other lamps.
 
     A lamp can be separated if all objects that use its data are among `shown`, the objects that the

@@ -18,7 +18,7 @@ import bpy
 import numpy as np
 
 from ...angen_addon.process.standalone import release_memory
-from ...angen_addon.progress import Shares, finished
+from ...angen_addon.progress import Work, finished
 from ...angen_addon.runtime.simulation import Exchange, Progress, simulate
 from ...angen_addon.runtime.time_base import evaluated_depsgraph
 from ...angen_addon.scene.animation import all_animated
@@ -356,8 +356,8 @@ class HouseholdDays:
         if read:
             finished(self.read_in_steps())
 
-    def read_in_steps(self) -> Shares[None]:
-        """Read the marked places; yield the progress, 0 to 1.
+    def read_in_steps(self) -> Work[None]:
+        """Read the marked places; yield the progress.
 
         The scene must be at its first frame. Raise `AngenError` if the places cannot be read.
         """
@@ -384,8 +384,8 @@ class HouseholdDays:
         """
         return finished(self.act_in_steps(number))
 
-    def act_in_steps(self, number: int) -> Shares[Acted]:
-        """Compute the same as `acted`; yield the progress, 0 to 1, and return the result."""
+    def act_in_steps(self, number: int) -> Work[Acted]:
+        """Compute the same as `acted`; yield the progress, and return the result."""
         if self._last is None or self._last[0] != number:
             self._last = number, (yield from self._act(number))
             self._note_lamps({switch.object for switch in self._last[1].switches})
@@ -406,7 +406,7 @@ class HouseholdDays:
         self._notes = dict.fromkeys(self._notes, "")
         return found
 
-    def _act(self, number: int) -> Shares[Acted]:
+    def _act(self, number: int) -> Work[Acted]:
         segments = self.plan.segments(self.start, number + 2, self.seed)
         with explained(str(self.date_of(number)), InputError):
             return (

@@ -84,8 +84,9 @@ class StoredRecording:
         # Likewise for animated objects that the user moved. The next change of frame moves them
         # back to where their keyframes say.
         self._moved: dict[str, str] = {}
-        # How many objects the file had at the last comparison.
-        self._objects = len(bpy.data.objects)
+        # How many objects the file had when an object was last found to be new or gone. None after
+        # `verify`: undo adds and removes objects without a count.
+        self._objects: int | None = len(bpy.data.objects)
         self._other_view_layer = False
         self._renamed: dict[str, str] = {}
         # The revision of the scene at the last comparison of names and visibility.
@@ -124,7 +125,7 @@ class StoredRecording:
         self._find_renamed(all_sensors(scene.view_layers[depsgraph.view_layer.name]))
         self._changed = self.fingerprint.differences(self._fingerprint_now(scene, depsgraph))
         self._moved.clear()
-        self.unsure = False
+        self._objects, self.unsure = None, False
 
     def _accept_from_other_version(self, scene: Any, depsgraph: Any) -> None:
         """Compute the fingerprint anew if another version of Blender made the recording.

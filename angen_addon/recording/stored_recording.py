@@ -107,8 +107,13 @@ class StoredRecording:
         if _names_new_or_gone(changed):
             # Objects that came or went change the visibility too: one text is enough.
             changed.pop(SHOWN, None)
+        objects = {key: text for key, text in changed.items() if key.startswith("Object ")}
+        others = {key: text for key, text in changed.items() if key not in objects}
+        if _names_new_or_gone(objects):
+            # Their meshes and materials came or went with them.
+            others = {key: text for key, text in others.items() if not _is_new_or_gone(text)}
         # Objects come first, since users know the names of objects better than the names of meshes.
-        keys = sorted(changed, key=lambda key: not key.startswith("Object "))
+        keys = [*objects, *others]
         names = {f"'{then}'": f"'{now}'" for now, then in self._renamed.items()}
         texts = dict.fromkeys(names.get(changed[key], changed[key]) for key in keys)
         return f"changed since: {listed(list(texts), 3)}" if texts else ""
@@ -359,7 +364,11 @@ def version_text(version: tuple[int, ...]) -> str:
 
 
 def _names_new_or_gone(changed: dict[str, str]) -> bool:
-    return any(text.endswith(("(new)", "(gone)")) for text in changed.values())
+    return any(map(_is_new_or_gone, changed.values()))
+
+
+def _is_new_or_gone(text: str) -> bool:
+    return text.endswith(("(new)", "(gone)"))
 
 
 def _renamed(sensor: Sensor, former_name: str) -> dict[str, str]:

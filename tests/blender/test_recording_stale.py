@@ -138,7 +138,7 @@ def test_what_is_added_and_deleted_again_leaves_it_fresh(home, kind):
         ops.sensor_add(kind="PIR")
         added = bpy.context.object
     home.update()
-    assert "(new)" in stale()
+    assert stale() == f"changed since: '{added.name}' (new)", "its mesh came with it"
     bpy.data.objects.remove(added)
     home.update()
     assert stale() == ""

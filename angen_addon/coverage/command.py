@@ -24,12 +24,12 @@ from ...sensor_logic.error import AngenError, InputError
 from ...sensor_logic.report.facts import PlanStorey, SensorInPlan
 from ...sensor_logic.wording import aligned
 from ..commands.console import DONE, write_message
-from ..commands.home import LOG_INTERVAL_S, TERMINAL_INTERVAL_S, sensors_of
+from ..commands.open_home import LOG_INTERVAL_S, TERMINAL_INTERVAL_S, sensors_of
 from ..commands.parser import Verb, add_names, path
 from ..output.output_files import Outputs, check_outputs
-from ..plan import group_by_storey, sensor_in_plan, shapes_at
+from ..plan.storeys import group_by_storey, sensor_in_plan, shapes_at
 from ..progress import Doing
-from ..scene.home import EvaluatedHome
+from ..scene.evaluated_home import EvaluatedHome
 from ..scene.sensors import Sensor, chosen
 from . import shown as drawn
 from .maps import check_mapped, cover

@@ -21,7 +21,7 @@ from ...sensor_logic.kind import RAYS, Kind
 from ...sensor_logic.kinds import KINDS
 from ...sensor_logic.model import Array, Pose, Update
 from ..progress import Doing
-from ..scene.home import EvaluatedHome
+from ..scene.evaluated_home import EvaluatedHome
 from ..scene.instances import Uid
 from ..scene.sensors import (
     Sensor,
@@ -33,7 +33,7 @@ from ..scene.sensors import (
     read_pose,
 )
 from ..scene.surfaces import SURFACES
-from .floor import cells_of
+from .floor_cells import cells_of
 
 # Coverage casts its bundles under numbers below this, which no sensor's model uses.
 BUNDLE = -10

@@ -20,11 +20,12 @@ from ...sensor_logic.coverage.motions import Motion
 from ...sensor_logic.error import AngenError
 from ...sensor_logic.kind import Kind
 from ...sensor_logic.model import Array, Pose
-from ..plan import WALL_M, may_move
+from ..plan.storeys import WALL_M, may_move
 from ..progress import Doing, Enough, saying
-from ..scene.home import EvaluatedHome
+from ..scene.evaluated_home import EvaluatedHome
+from ..scene.floor import Steps, cast_along
 from ..scene.sensors import Sensor
-from .floor import Steps, cast_along, cells_of
+from .floor_cells import cells_of
 from .maps import Views, check_cell, detectors, upper_bound_map, whole_map
 
 # m. Walls are searched up to FAR_M from a cell. A solid of at least WIDE_M can hold a detector. The

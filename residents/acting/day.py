@@ -20,7 +20,7 @@ from ..body.skeleton import Build
 from ..routine.routine import DAY, Routine, Segment
 from ..routine.timetable import OTHER, Draws, Stream
 from .ground import Ground
-from .home import HomeInUse
+from .home_in_use import HomeInUse
 from .living import Performer
 from .places import Place, Places
 from .timeline import AWAY, STANDING, Acted, ActedActivity, Stay, Wait

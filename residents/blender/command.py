@@ -16,7 +16,7 @@ from typing import Any, TextIO
 import bpy
 
 from ...angen_addon.commands.console import DONE, FAILED, note, write_message
-from ...angen_addon.commands.home import open_home, sensors_of
+from ...angen_addon.commands.open_home import open_home, sensors_of
 from ...angen_addon.commands.parser import (
     Verb,
     add_choice,
@@ -37,7 +37,7 @@ from ..acting.timeline import Acted
 from ..days.truth import DAY_S
 from . import reachable
 from .folder import Folder, check_dates
-from .run import LARGEST_SEED, Household, Plan, moved_share, run_days
+from .run import LARGEST_SEED, HouseholdDays, Plan, moved_share, run_days
 from .shared_days import WORKER, SharedDays, days_of_worker
 
 # s between two lines of progress, on a terminal and elsewhere.
@@ -199,7 +199,7 @@ def _run(options: argparse.Namespace, sensors: list[Sensor]) -> bool:
     check_not_read([options.out / "events.csv"])
     scene = bpy.context.scene
     plan = Plan.read(options.routine, options.diary)
-    household = Household(scene, chosen_sensors, plan, options.start, options.seed)
+    household = HouseholdDays(scene, chosen_sensors, plan, options.start, options.seed)
     if options.worker:
         # This never returns: the process that started this one ends it, and writes the tables.
         folder = Folder(options.out, household, options.format, options.samples)
@@ -211,7 +211,7 @@ def _run(options: argparse.Namespace, sensors: list[Sensor]) -> bool:
     return _all(household, folder, options)
 
 
-def _all(household: Household, folder: Folder, options: argparse.Namespace) -> bool:
+def _all(household: HouseholdDays, folder: Folder, options: argparse.Namespace) -> bool:
     line = DayLine(sys.stderr, options.quiet, options.days, folder)
     left = [n for n in range(options.days) if not folder.has(n)]
     workers = max(min(options.jobs, len(left)) - 1, 0)
@@ -246,7 +246,7 @@ def _all(household: Household, folder: Folder, options: argparse.Namespace) -> b
 
 
 def _make(
-    household: Household,
+    household: HouseholdDays,
     folder: Folder,
     numbers: Iterable[int],
     progress: Callable[[int, Progress], object],
@@ -259,7 +259,7 @@ def _make(
             _note_new(household)
 
 
-def _note_new(household: Household) -> None:
+def _note_new(household: HouseholdDays) -> None:
     for text in household.take_notes():
         note(text)
 

@@ -87,7 +87,7 @@ class LampCopies:
     def __init__(self) -> None:
         self.lent: list[Lent] = []
 
-    def powers(self, lamp: Any) -> list[Power]:
+    def switchable_powers(self, lamp: Any) -> list[Power]:
         """Return the numbers to set to zero for the lamp to be off; make the copies for that."""
         members = family_of(lamp)
         for obj in members:

@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from ...angen_addon.progress import Shares, finished, saying, scaled
-from ...angen_addon.scene.home import EvaluatedHome
+from ...angen_addon.scene.evaluated_home import EvaluatedHome
 from ...angen_addon.scene.sensors import assigned_room, is_placed
 from ...sensor_logic.error import AngenError, InputError
 from ...sensor_logic.model import Array

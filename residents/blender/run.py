@@ -318,7 +318,7 @@ class Plan:
         return sorted(found, key=lambda s: (s.person, s.start))
 
 
-class Household:
+class HouseholdDays:
     """The people of a routine in the open home, and the simulation of their days.
 
     `residents` has the object of each person, by the person's name.
@@ -506,7 +506,7 @@ def resident_of(person: Person) -> Any:
 
 
 def run_days(
-    household: Household,
+    household: HouseholdDays,
     numbers: Iterable[int],
     progress: Callable[[int, Progress], object] = lambda number, step: None,
     between: tuple[float, float] | None = None,
@@ -536,7 +536,7 @@ def run_days(
 
 
 def run_days_in_steps(
-    household: Household, numbers: Iterable[int], between: tuple[float, float] | None = None
+    household: HouseholdDays, numbers: Iterable[int], between: tuple[float, float] | None = None
 ) -> Generator[tuple[int, Progress] | Day, None, None]:
     """Simulate days as `run_days` does, but also yield the progress.
 

@@ -16,27 +16,25 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...angen_addon.authoring.rooms import volumes
-from ...angen_addon.coverage.floor import (
+from ...angen_addon.plan.rooms import labels_of, storeys_of
+from ...angen_addon.plan.storeys import GRAIN_M, around, grouped
+from ...angen_addon.progress import Shares, finished, saying, scaled
+from ...angen_addon.scene.bearers import candidates
+from ...angen_addon.scene.evaluated_home import EvaluatedHome
+from ...angen_addon.scene.floor import (
     MOST_CELLS,
     OVER_M,
     PIT_M,
     RUG_M,
     Grid,
-    Mask,
     Steps,
     flood,
     floors,
     free_ways,
-    labels_of,
     passable,
-    storeys_of,
 )
-from ...angen_addon.plan import GRAIN_M, around, grouped
-from ...angen_addon.progress import Shares, finished, saying, scaled
-from ...angen_addon.scene.bearers import candidates
-from ...angen_addon.scene.home import EvaluatedHome
 from ...angen_addon.scene.rays.solids import Solid
+from ...angen_addon.scene.rooms import Mask, volumes
 from ...angen_addon.scene.sensors import all_sensors, assigned_room
 from ...sensor_logic.error import AngenError, InputError
 from ...sensor_logic.model import Array

@@ -28,7 +28,7 @@ from ..acting.timeline import Acted
 from ..blender import shown
 from ..blender.daylight import Daylight
 from ..blender.followed_day import note_read, verify, why_stale
-from ..blender.run import Household, Plan, resident_of
+from ..blender.run import HouseholdDays, Plan, resident_of
 from ..days.rows import HOUR_S, frame_at, hours_minutes
 from ..days.truth import activities
 from ..routine.routine import time_of_day
@@ -91,7 +91,7 @@ def _compute_day(scene: Any, anew: bool) -> Generator[Doing, None, ComputedDay]:
         number = scene.angen_day.number - 1
         frame = scene.frame_current
         try:
-            household = Household(scene, [], plan, start, seed, read=False)
+            household = HouseholdDays(scene, [], plan, start, seed, read=False)
             yield from doing("floors and places", scaled(household.read_in_steps(), 0.0, 0.6))
             acting = scaled(household.act_in_steps(number), 0.6, 1.0)
             acted = yield from doing("what everybody does", acting)

@@ -21,7 +21,7 @@ from ...sensor_logic.files import check_folder
 from ...sensor_logic.wording import part_is
 from ..blender.day_settings import BITS
 from ..blender.folder import Folder, check_dates
-from ..blender.run import Household, moved_share, run_days_in_steps
+from ..blender.run import HouseholdDays, moved_share, run_days_in_steps
 from ..days.rows import Day
 from ..days.truth import DAY_S
 from .day import settings_of
@@ -79,11 +79,11 @@ class ANGEN_OT_day_run(LongWork, Operator):
         sensors = simulated(all_sensors(context.view_layer))
         # Reading the household sets the first frame: note the playhead.
         self._playhead = scene.frame_current, scene.frame_subframe
-        household = Household(scene, sensors, plan, start, seed, read=False)
+        household = HouseholdDays(scene, sensors, plan, start, seed, read=False)
         return self._work(household, path, formats, settings.days)
 
     def _work(
-        self, household: Household, path: Path, formats: list[str], days: int
+        self, household: HouseholdDays, path: Path, formats: list[str], days: int
     ) -> Generator[Any, None, None]:
         """Simulate the days; yield `Doing` as progress, and at the end a `Result`."""
         scene = household.scene
@@ -139,7 +139,7 @@ class Result:
 
 
 def _simulate_days(
-    household: Household, folder: Folder, days: int
+    household: HouseholdDays, folder: Folder, days: int
 ) -> Generator[Doing, None, Result]:
     """Simulate the days that are missing in the folder; yield progress, return the result."""
     left = [number for number in range(days) if not folder.has(number)]

@@ -11,7 +11,7 @@ import bpy
 import numpy as np
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon import progress
-from bl_ext.user_default.angen_sensors.angen_addon.commands import home
+from bl_ext.user_default.angen_sensors.angen_addon.commands import open_home as home
 from bl_ext.user_default.angen_sensors.angen_addon.runtime import state
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.simulation import Progress
 from bl_ext.user_default.angen_sensors.angen_addon.view.panel_parts import draw_progress

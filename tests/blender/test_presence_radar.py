@@ -170,7 +170,7 @@ def test_explain_says_who_breathes_and_what_holds_presence(world):
     found = explain(world.scene, sensor, recording, 4)
     assert found.headline.startswith("Present: 'Anna' breathes, 2.")
     assert dict(found.facts)["Gate"] == "3, 1.875–2.625 m"
-    assert dict(found.facts)["Breathing"].endswith(", above 40")
+    assert dict(found.facts)["Still energy"].endswith(" of 100, above 40")
     fades = explain(world.scene, sensor, recording, 10)
     assert fades.headline == "Present: the still energy of who was here fades in gate 3"
     held = explain(world.scene, sensor, recording, 20)
@@ -191,9 +191,9 @@ def test_what_is_too_weak_is_named(world):
     recording = world.run(1, 3)
     (sensor,) = world.sensors()
     facts = dict(explain(world.scene, sensor, recording, 2).facts)
-    assert facts["To be present"].startswith("more than 60 is needed in gate 1")
+    assert facts["To be present"].startswith("more than 60 of 100 is needed in gate 1")
     assert facts["Nearest to it"] == "'Anna'"
-    assert facts["Breathing"].endswith(", not above 60")
+    assert facts["Still energy"].endswith(" of 100, not above 60")
 
 
 def walk(world, start, end, **settings):
@@ -215,8 +215,8 @@ def test_who_is_too_weak_behind_walls_is_named(world):
         wall = world.box((9, 9, 0.1), (0, 0, z), name)
         wall.angen_radar.substance = "PLASTERBOARD"
     facts = dict(told(world, world.run(1, 6), 3).facts)
-    assert facts["Movement"].endswith(", not above 15")
-    assert facts["To be present"].startswith("more than 15 is needed in gate 10")
+    assert facts["Moving energy"].endswith(" of 100, not above 15")
+    assert facts["To be present"].startswith("more than 15 of 100 is needed in gate 10")
     assert facts["Nearest to it"] == "'Anna'"
 
 
@@ -302,6 +302,7 @@ def test_live_reading_and_panel_show_the_gates(world):
     assert sensor.object.angen_sensor.value == pytest.approx(2.26, abs=0.15)
     bpy.context.view_layer.objects.active = sensor.object
     panel = drawn("ANGEN_PT_active_sensor")
+    assert "Energy of each gate, 0 to 100" in panel.labels
     assert any(text.startswith("1.875–2.625 m: moving ") for text in panel.labels)
     signs = [icon for icon in panel.icons if icon in (ACTIVE, IDLE)][1:]
     moving = [float(gate.partition("/")[0]) for gate in shown.fields["gates"].split(";")]

@@ -345,8 +345,15 @@ def test_the_header_tells_why_there_are_no_rows(home, monkeypatch):
     world.sensor("PIR", "another")
     world.update()
     assert told(200) == told(24) == "Stale: simulate again"
+    assert bpy.ops.angen.clear_recording() == {"FINISHED"}
+    assert told(200) == told(24) == "Not recorded: simulate"
     home.scene.angen_timeline.show = False
     assert told(24) == ""
+    home.scene.angen_timeline.show = True
+    for sensor in world.sensors():
+        bpy.data.objects.remove(sensor.object)
+    world.update()
+    assert told(24) == "", "files without sensors have no hint"
 
 
 def select(*names):

@@ -286,11 +286,11 @@ def _facts(
     if not cause.names:
         return stops
     lengths = replay.lengths
-    energy = f"energy {cause.energy:.0f}, {'' if cause.detects else 'not '}above"
+    energy = f"{cause.energy:.0f} of 100, {'' if cause.detects else 'not '}above"
     # The panel of events has room for names of 14 letters and texts of 22.
     facts: Facts = [
         ("Gate", f"{cause.gate}, {gate_span(parameters, cause.gate, lengths)}"),
-        ("Movement" if cause.moving else "Breathing", f"{energy} {cause.threshold:g}"),
+        ("Moving energy" if cause.moving else "Still energy", f"{energy} {cause.threshold:g}"),
     ]
     if cause.detects and cause.moving:
         way = "away" if cause.speed > 0.0 else "towards it"
@@ -321,7 +321,7 @@ def lacking(replay: Replay, index: int, found: Explanation) -> Explanation:
         text = f"gate {cause.gate} is switched off for {kind}: its threshold is {cause.threshold:g}"
         return found.after([("To be present", text), ("Nearest to it", named(cause.names))])
     text = (
-        f"more than {cause.threshold:g} is needed in gate {cause.gate}: the energy of {kind} is "
-        f"{cause.energy:.0f}"
+        f"more than {cause.threshold:g} of 100 is needed in gate {cause.gate}: the energy of {kind} "
+        f"is {cause.energy:.0f}"
     )
     return found.after([("To be present", text), ("Nearest to it", named(cause.names))])

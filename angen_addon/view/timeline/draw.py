@@ -140,8 +140,10 @@ def _rows_here(context: Any) -> tuple[History, frozenset[Uid], Any] | None:
 def why_no_rows(context: Any) -> str:
     """Return why the timeline shows no rows although it should, in a few words; else ""."""
     scene, kept = context.scene, state.CACHE.kept(context.scene)
-    if not scene.angen_timeline.show or kept is None:
+    if not scene.angen_timeline.show:
         return ""
+    if kept is None:
+        return "Not recorded: simulate" if state.CACHE.sensors(context.view_layer) else ""
     if kept.stale:
         return "Stale: simulate again"
     region = next((r for r in context.area.regions if r.type == "WINDOW"), None)

@@ -130,7 +130,7 @@ class ReplacedAnimation:
 class KeyedStretch:
     """Keyframes for one part of a day at a time, in place of the home's own animation.
 
-    `clear` restores the home.
+    `clear` restores the home. Make it before the animation of the home is held.
 
     Parameters
     ----------
@@ -162,7 +162,8 @@ class KeyedStretch:
             if rig.angen_resident.walking_frame is not None
         }
         self._powers: dict[str, list[Power]] = {}
-        self.copies = LampCopies()
+        lamps = (bpy.data.objects.get(lamp.object) for lamp in places.lamps.values())
+        self.copies = LampCopies(filter(None, lamps))
 
     def clear(self) -> None:
         for replaced in self._replaced.values():

@@ -2,8 +2,8 @@
 """What a lamp is that residents switch, and the copies of lights and materials for that time.
 
 A lamp is all that belongs to the marked object: it, its children and what these instance, as far as
-they are lights or have materials that glow. While a day is shown or simulated, a lamp has its own copy of a light that
-other lamps use too or whose power is driven, and of materials that glow.
+they are lights or have materials that glow. While a day is shown or simulated, a lamp has its own
+copy of a light that other lamps use too or whose power is driven, and of materials that glow.
 """
 
 from __future__ import annotations

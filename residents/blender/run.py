@@ -55,7 +55,7 @@ from .keys import KeyedStretch
 from .lamps import unswitchable
 from .places import read_marks_in_steps
 from .settings import build_of, residents_in
-from .unmovable import moved_residents, unmovable
+from .unmovable import unmovable, unmovable_residents
 
 # Types of constraints that use the scene's camera.
 THROUGH_CAMERA = ("CAMERA_SOLVER", "FOLLOW_TRACK", "OBJECT_SOLVER")
@@ -371,9 +371,10 @@ class Household:
         self._unswitchable = list(unswitchable(lamps, evaluated_depsgraph()))
         self._last: tuple[int, Acted] | None = None
         # Sentences for the user, each given once.
+        leaves = unmovable(bpy.data.objects[name] for name in self.places.doors)
         self._notes: dict[Any, str] = {
-            names: f"{problem}: {uncapitalized(mend)}"
-            for problem, mend, names in unmovable(moved_residents(self.scene))
+            problem: f"{problem}: {uncapitalized(mend)}"
+            for problem, mend, _ in (*unmovable_residents(self.scene), *leaves)
         }
 
     def date_of(self, number: int) -> date:
@@ -393,7 +394,7 @@ class Household:
             used = {switch.object for switch in self._last[1].switches}
             for problem, mend, objects in self._unswitchable:
                 if objects[0] in used:
-                    self._notes.setdefault(objects, f"{problem}: {uncapitalized(mend)}")
+                    self._notes.setdefault(problem, f"{problem}: {uncapitalized(mend)}")
             for wait in filter(lambda one: one.is_long, self._last[1].waits):
                 text = f"{self.date_of(number)}: {wait.text}"
                 self._notes.setdefault((wait.person, wait.place), text)

@@ -32,7 +32,7 @@ from .marks import LABELS, NONE, marked
 from .places import read_marks, read_marks_in_steps
 from .settings import residents_in
 from .standing import WalkedStorey
-from .unmovable import examined_residents, moved_residents, unmovable
+from .unmovable import examined_residents, unmovable, unmovable_residents
 
 # m above the floor: an object in the way is searched for at this height.
 HIP_M = 1.0
@@ -150,7 +150,8 @@ def _unable(depsgraph: Any, places: Places) -> tuple[str, ...]:
     leaves_moved = [bpy.data.objects[name] for name in places.doors]
     lamps = [bpy.data.objects[lamp.object] for lamp in places.lamps.values()]
     found = [
-        *unmovable([*moved_residents(depsgraph.scene), *leaves_moved]),
+        *unmovable_residents(depsgraph.scene),
+        *unmovable(leaves_moved),
         *unswitchable(lamps, depsgraph),
     ]
     return tuple(f"{problem}: {uncapitalized(mend)}" for problem, mend, _ in found)

@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 from ...angen_addon.plan.rooms import labels_of, storeys_of
 from ...angen_addon.plan.storeys import GRAIN_M, around, grouped
 from ...angen_addon.progress import Doing, Steps, Work, finished, part_of, saying
-from ...angen_addon.scene.bearers import candidates
 from ...angen_addon.scene.evaluated_home import EvaluatedHome
 from ...angen_addon.scene.floor import (
     MOST_CELLS,
@@ -39,8 +38,8 @@ from ...sensor_logic.error import AngenError, InputError
 from ...sensor_logic.model import Array
 from ..acting.places import BODY_M, CURTAIN, LAMP, LIE, SIT, STAND, Place, Storey
 from ..acting.ways import Floor, regions
-from .marks import MarkedObject, facing_of
-from .settings import is_resident, residents_in
+from .marks import MarkedObject, facing_of, is_living_body
+from .settings import residents_in
 
 # m: usual size of a cell, and the largest size, for large homes.
 SIZE_M, COARSEST_M = 0.05, 0.1
@@ -92,21 +91,9 @@ def walkable_home(home: EvaluatedHome, leaves: Sequence[Any]) -> EvaluatedHome:
     uids = {obj.session_uid for obj in (*leaves, *frames) if obj is not None}
 
     def stays(solid: Solid) -> bool:
-        return not (uids & solid.owners or _is_living_body(solid.original))
+        return not (uids & solid.owners or is_living_body(solid.original))
 
     return home.part(stays)
-
-
-def _is_living_body(obj: Any) -> bool:
-    """Return whether an object belongs to the body of a resident or of an animated walker.
-
-    A walker's body has an armature and a mass, each on the object or one of its parents.
-    """
-    owners = list(candidates(obj))
-    rigged = any(owner.type == "ARMATURE" for owner in owners)
-    return any(map(is_resident, owners)) or (
-        rigged and any(owner.angen_load.mass > 0.0 for owner in owners)
-    )
 
 
 def walkable_storeys(

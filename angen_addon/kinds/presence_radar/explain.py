@@ -321,7 +321,7 @@ def lacking(replay: Replay, index: int, found: Explanation) -> Explanation:
         text = f"gate {cause.gate} is switched off for {kind}: its threshold is {cause.threshold:g}"
         return found.after([("To be present", text), ("Nearest to it", named(cause.names))])
     text = (
-        f"more than {cause.threshold:g} of 100 is needed in gate {cause.gate}: the energy of {kind} "
-        f"is {cause.energy:.0f}"
+        f"more than {cause.threshold:g} of 100 is needed in gate {cause.gate}: the energy of "
+        f"{kind} is {cause.energy:.0f}"
     )
     return found.after([("To be present", text), ("Nearest to it", named(cause.names))])

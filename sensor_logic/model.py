@@ -124,10 +124,17 @@ class Answers:
 
     The answer at update i is `table[rows[i]]`. Successive updates with equal answers share a row of
     the table.
+
+    Attributes
+    ----------
+    solids
+        For a query that casts rays: the numbers of the solids that they hit, 0 for none, as an
+        array for each update. None if the scene knows no solids.
     """
 
     table: Sequence[Any] | Array
     rows: Index
+    solids: Answers | None = None
 
     def __getitem__(self, i: Any) -> Any:
         return self.table[int(self.rows[i])]
@@ -147,6 +154,11 @@ class Answers:
 Ask = Callable[..., Any]
 
 
+def no_name(number: int) -> str:
+    """Return an empty name: the scene knows no solids."""
+    return ""
+
+
 @dataclass(frozen=True)
 class Update:
     """One update of a sensor.
@@ -164,6 +176,11 @@ class Update:
     device_noise
         A function that returns the random generator of the device. It draws the same numbers at
         each update.
+    solids
+        A function for each query that casts rays, by the query's name. It returns the numbers (n,)
+        of the solids that the rays hit, 0 for none; None if the scene knows no solids.
+    name_of
+        A function that returns the name of the solid with a number; empty for no solid.
     """
 
     number: int
@@ -172,10 +189,16 @@ class Update:
     scene: Mapping[str, Ask] = field(default_factory=dict)
     noise: Callable[[], np.random.Generator] = np.random.default_rng
     device_noise: Callable[[], np.random.Generator] = np.random.default_rng
+    solids: Mapping[str, Ask] = field(default_factory=dict)
+    name_of: Callable[[int], str] = no_name
 
     def ask(self, need: str, *question: Any) -> Any:
         """Return the scene's answer to the query `need`, with the arguments `question`."""
         return self.scene[need](*question)
+
+    def solids_hit(self, need: str, *question: Any) -> Index | None:
+        """Return the numbers of the solids that the rays of a query hit, as in `Answers.solids`."""
+        return self.solids[need](*question) if need in self.solids else None
 
 
 @dataclass(frozen=True)
@@ -198,6 +221,8 @@ class Updates:
     device_noise
         A function that returns the random generator of the device. It draws the same numbers at
         each update.
+    name_of
+        A function that returns the name of the solid with a number; empty for no solid.
     """
 
     numbers: Index
@@ -207,6 +232,7 @@ class Updates:
     scene: Mapping[str, Ask]
     noise: Callable[[int], np.random.Generator]
     device_noise: Callable[[], np.random.Generator]
+    name_of: Callable[[int], str] = no_name
     _answered: dict[Any, tuple[Any, Answers]] = field(default_factory=dict)
 
     @classmethod
@@ -224,6 +250,7 @@ class Updates:
             {need: alone(ask) for need, ask in update.scene.items()},
             lambda _: update.noise(),
             update.device_noise,
+            update.name_of,
         )
 
     def __len__(self) -> int:
@@ -246,10 +273,24 @@ class Updates:
         def one(need: str) -> Ask:
             return lambda *question: self._once(need, question)[i]
 
+        def solids(need: str) -> Ask:
+            def found(*question: Any) -> Index | None:
+                answers = self._once(need, question).solids
+                return None if answers is None else answers[i]
+
+            return found
+
         number = int(self.numbers[i])
-        scene = {need: one(need) for need in self.scene}
-        noise = partial(self.noise, number)
-        return Update(number, float(self.times[i]), self.pose, scene, noise, self.device_noise)
+        return Update(
+            number,
+            float(self.times[i]),
+            self.pose,
+            {need: one(need) for need in self.scene},
+            partial(self.noise, number),
+            self.device_noise,
+            {need: solids(need) for need in self.scene},
+            self.name_of,
+        )
 
     def _once(self, need: str, question: tuple[Any, ...]) -> Answers:
         # Other rays under the same bundle number replace the earlier ones.
@@ -262,11 +303,15 @@ class Updates:
 
 @dataclass(frozen=True)
 class Reading:
-    """The result of one update: the outputs `active` and `value`, and the published `fields`."""
+    """The result of one update: the outputs `active` and `value`, and the published `fields`.
+
+    `evidence` is why the sensor read this: the values of the kind's `evidence`, by name.
+    """
 
     active: bool
     value: float
     fields: dict[str, Any]
+    evidence: dict[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -282,29 +327,36 @@ class Readings:
     times
         The time (n,) in s of each reading, after the previous update and not after its own update.
         None means the times of the updates.
+    evidence
+        Why the sensor read this: an array or list (n,) for each of the kind's `evidence`.
     """
 
     active: NDArray[np.bool_]
     value: Array
     fields: dict[str, Any]
     times: Array | None = None
+    evidence: dict[str, Any] = field(default_factory=dict)
 
     @classmethod
     def of(cls, readings: Sequence[Reading]) -> Readings:
         """Return a list of readings as one `Readings`."""
-        names = readings[0].fields if readings else {}
+        names, why = (readings[0].fields, readings[0].evidence) if readings else ({}, {})
         return cls(
             np.array([one.active for one in readings], bool),
             np.array([one.value for one in readings], float),
             {name: [one.fields[name] for one in readings] for name in names},
+            evidence={name: [one.evidence[name] for one in readings] for name in why},
         )
 
     def __len__(self) -> int:
         return len(self.active)
 
     def __getitem__(self, i: int) -> Reading:
-        fields = {name: _plain(column, i) for name, column in self.fields.items()}
-        return Reading(bool(self.active[i]), float(self.value[i]), fields)
+        fields, evidence = (
+            {name: _plain(column, i) for name, column in columns.items()}
+            for columns in (self.fields, self.evidence)
+        )
+        return Reading(bool(self.active[i]), float(self.value[i]), fields, evidence)
 
 
 def _plain(column: Any, i: int) -> Any:

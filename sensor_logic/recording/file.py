@@ -12,6 +12,8 @@ from __future__ import annotations
 import json
 import math
 import zlib
+from collections.abc import Iterator
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -19,7 +21,9 @@ from numpy.typing import NDArray
 
 from ..clock import Clock
 from ..error import AngenError, replaced
+from ..kind import Kind
 from ..kinds import KINDS
+from ..parameters import defaults
 from .columns import CODES, Column
 from .tracks import Recording, Track
 
@@ -33,6 +37,8 @@ HEADER_BYTES = 32 * MIB
 VALUES = 2**27
 BYTES = 256 * MIB
 MOST_SUBSTEPS = 10_000
+# Of a sensor whose animation gives it more different parameters, a file has no evidence.
+MOST_PARAMETERS = 4096
 LARGEST_FRAME = 2**31
 # The exceptions that invalid values can raise.
 WRONG = (
@@ -64,7 +70,8 @@ def read(body: bytes, values: int) -> tuple[Recording, dict[str, Any]]:
         kind = KINDS.get(facts["kind"])
         if kind is None or [f.name for f in kind.samples] != facts["fields"]:
             raise AngenError("it was written by another version of the extension")
-        values -= _whole(facts["count"], 0) * (4 + len(kind.samples))
+        is_told = "parameters" in facts
+        values -= _whole(facts["count"], 0) * _values_of(kind, is_told)
         if values < 0:
             raise AngenError(TOO_MANY)
         track = _read_track(facts, clock, reader)
@@ -77,7 +84,18 @@ def read(body: bytes, values: int) -> tuple[Recording, dict[str, Any]]:
 
 def size_of(recording: Recording) -> int:
     """Return the number of values in a recording, in all columns together."""
-    return sum(len(track) * (4 + len(track.columns)) for track in recording.tracks.values())
+    tracks = recording.tracks.values()
+    return sum(len(track) * _values_of(track.kind, _is_told(track)) for track in tracks)
+
+
+def _is_told(track: Track) -> bool:
+    """Return whether a file tells why the sensor read what it did."""
+    return track.has_evidence and len(track.all_parameters) <= MOST_PARAMETERS
+
+
+def _values_of(kind: Kind, has_evidence: bool) -> int:
+    """Return the number of values of an update of a sensor of a kind."""
+    return 4 + len(kind.samples) + (1 + len(kind.evidence) if has_evidence else 0)
 
 
 def frames_and_times(
@@ -146,6 +164,10 @@ def _read_track(header: dict[str, Any], clock: Clock | None, reader: _Reader) ->
     track.times.extend(times)
     known: dict[str, Column] = {}
     parts = {**track.columns, "active": track.active, "value": track.value}
+    if "parameters" in header:
+        # A recording of before version 2 has no evidence.
+        track.set_parameters(_read_parameters(track.kind, header["parameters"]))
+        parts |= track.evidence_columns
     for (name, column), facts in zip(parts.items(), columns, strict=True):
         if facts["as"].startswith("="):
             twin = known[facts["as"]]
@@ -157,7 +179,21 @@ def _read_track(header: dict[str, Any], clock: Clock | None, reader: _Reader) ->
         else:
             column.extend(_read_values(facts, CODES[column.type], count, reader))
         known["=" + name] = column
+    if "parameters" in header and count:
+        numbers = track.evidence_columns["parameters"].numbers()
+        if not 0 <= numbers.min() <= numbers.max() < len(track.all_parameters):
+            raise IndexError
     return track
+
+
+def _read_parameters(kind: Kind, entries: Any) -> Iterator[Any]:
+    """Yield the parameters in the header; names that this version does not know are left out."""
+    usual = defaults(kind.parameters)
+    for entry in _typed(list, entries):
+        values = {name: value for name, value in _typed(dict, entry).items() if name in usual}
+        if not all(isinstance(v, (bool, int, float, str, type(None))) for v in values.values()):
+            raise TypeError
+        yield kind.parameters(**values)
 
 
 def _read_texts(facts: dict[str, Any], count: int, reader: _Reader) -> list[str]:
@@ -187,7 +223,7 @@ def _read_values(facts: dict[str, Any], code: str, count: int, reader: _Reader) 
 
 
 TITLE = b"Recording of Angen Sensors"
-VERSION = 1
+VERSION = 2
 # The level of zlib: higher levels take many times as long and save little.
 LEVEL = 3
 
@@ -268,11 +304,15 @@ def _track_header(track: Track, clock: Clock | None, out: _Writer) -> dict[str, 
     else:
         columns += [_column(track.frames, out), _column(track.times, out)]
     known: dict[str, Any] = {}
-    for name, column in (*track.columns.items(), ("active", track.active), ("value", track.value)):
+    parts = {**track.columns, "active": track.active, "value": track.value}
+    told = track.evidence_columns if _is_told(track) else {}
+    for name, column in (*parts.items(), *told.items()):
         twin = next((n for n, other in known.items() if _same(column, other)), None)
         columns.append({"as": twin, "size": 0} if twin is not None else _column(column, out))
         known.setdefault("=" + name, column)
+    parameters = {"parameters": [asdict(one) for one in track.all_parameters]} if told else {}
     return {
+        **parameters,
         "sensor": track.sensor,
         "kind": track.kind_name,
         "count": len(track),

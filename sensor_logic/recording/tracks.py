@@ -35,6 +35,9 @@ class Track:
         The time base of frames and times, if known.
     columns
         The values of each field by name; NaN for values that were not measured.
+    evidence
+        The values of each field of the kind's `evidence`, by name. Empty columns in a recording of
+        an earlier version, which had none.
     """
 
     sensor: str
@@ -51,14 +54,44 @@ class Track:
         self.frames, self.times = Column(float, grid=frames), Column(float, grid=times)
         self.active, self.value = Column(bool), Column(float)
         self.columns = {f.name: Column(f.type) for f in self.kind.samples}
+        self.evidence = {f.name: Column(f.type) for f in self.kind.evidence}
+        # The parameters of the sensor, and which of these it had at each update.
+        self._parameters: dict[Any, int] = {}
+        self._of_update = Column(int)
 
     @property
     def kind(self) -> Kind:
         """The kind of the sensor."""
         return KINDS[self.kind_name]
 
-    def append(self, frame: float, time: float, reading: Reading) -> None:
-        """Append one reading."""
+    @property
+    def has_evidence(self) -> bool:
+        """Whether the recording tells why the sensor read what it did."""
+        return len(self._of_update) == len(self)
+
+    def parameters_at(self, index: int) -> Any:
+        """Return the parameters that the sensor had at an update."""
+        return self.all_parameters[self._of_update[index]]
+
+    @property
+    def all_parameters(self) -> list[Any]:
+        """The different parameters that the sensor has had."""
+        return list(self._parameters)
+
+    @property
+    def evidence_columns(self) -> dict[str, Column]:
+        """The columns of evidence by name, and in "parameters" the index of an update's parameters.
+
+        The index is that in `all_parameters`.
+        """
+        return {**self.evidence, "parameters": self._of_update}
+
+    def set_parameters(self, parameters: Iterable[Any]) -> None:
+        """Set `all_parameters`, for a track that is read from a file."""
+        self._parameters = {one: number for number, one in enumerate(parameters)}
+
+    def append(self, frame: float, time: float, reading: Reading, parameters: Any = None) -> None:
+        """Append one reading, and the parameters with which it was made."""
         self.frames.append(frame)
         self.times.append(time)
         self.active.append(reading.active)
@@ -66,25 +99,39 @@ class Track:
         for name, column in self.columns.items():
             value = reading.fields[name]
             column.append(_missing(column) if value is None else value)
+        if parameters is not None:
+            for name, column in self.evidence.items():
+                column.append(reading.evidence[name])
+            self._of_update.append(self._number_of(parameters))
 
-    def extend(self, frames: Iterable[float], times: Iterable[float], readings: Any) -> None:
-        """Append n readings.
+    def extend(
+        self,
+        frames: Iterable[float],
+        times: Iterable[float],
+        readings: Any,
+        parameters: Any = None,
+    ) -> None:
+        """Append n readings, and the parameters with which they were made.
 
-        `readings` has `active` (n,), `value` (n,) and `fields`. The latter has a list or array (n,)
-        for each field, or None for a field that no reading measured.
+        `readings` has `active` (n,), `value` (n,), `fields` and `evidence`. The latter two have a
+        list or array (n,) for each field, or None for a field that no reading measured.
         """
         self.frames.extend(frames)
         self.times.extend(times)
         self.active.extend(readings.active)
         self.value.extend(readings.value)
+        count = len(self.active)
         for name, column in self.columns.items():
-            values = readings.fields[name]
-            if values is None:
-                values = np.full(len(self.active) - len(column), _missing(column))
-            elif isinstance(values, list):
-                missing = _missing(column)
-                values = [missing if value is None else value for value in values]
-            column.extend(values)
+            _extend(column, readings.fields[name], count)
+        if parameters is not None:
+            for name, column in self.evidence.items():
+                _extend(column, readings.evidence[name], count)
+            number = self._number_of(parameters)
+            self._of_update.extend(np.full(count - len(self._of_update), number))
+
+    def _number_of(self, parameters: Any) -> int:
+        """Return the number of parameters among those that the sensor has had."""
+        return self._parameters.setdefault(parameters, len(self._parameters))
 
     def __len__(self) -> int:
         return len(self.frames)
@@ -93,15 +140,18 @@ class Track:
     def nbytes(self) -> int:
         """The memory of the readings in bytes."""
         columns = [self.frames, self.times, self.active, self.value, *self.columns.values()]
+        columns += self.evidence_columns.values()
         return sum(column.nbytes for column in columns)
 
     def __eq__(self, other: object) -> bool:
-        """Return whether all readings are equal to the bit; a NaN equals the same NaN."""
+        """Return whether all readings and their evidence are equal to the bit, NaN included."""
         return isinstance(other, Track) and self._content() == other._content()
 
     def _content(self) -> list[Any]:
         columns = [self.frames, self.times, self.active, self.value, *self.columns.values()]
-        return [self.sensor, self.kind_name, self.uid, self.steps, list(self.columns), *columns]
+        told = [*self.evidence_columns.values(), self.all_parameters]
+        names = list(self.columns)
+        return [self.sensor, self.kind_name, self.uid, self.steps, names, *columns, *told]
 
     def reading_at(self, index: int) -> Field:
         """Return the main field at an update: the first numeric field that was measured.
@@ -121,7 +171,17 @@ class Track:
 
 def _missing(column: Column) -> Any:
     """Return the value of a column at updates at which a field was not measured."""
-    return "" if column.type is str else math.nan
+    return {str: "", int: -1, bool: False}.get(column.type, math.nan)
+
+
+def _extend(column: Column, values: Any, count: int) -> None:
+    """Extend a column to a length of `count`; `values` is None if none was measured."""
+    missing = _missing(column)
+    if values is None:
+        values = np.full(count - len(column), missing)
+    elif isinstance(values, list):
+        values = [missing if value is None else value for value in values]
+    column.extend(values)
 
 
 @dataclass

@@ -7,7 +7,13 @@ A recording stores such a text for each reading; *Explain* reads it.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .arrays import Index
+from .model import Answers
 
 Shares = tuple[tuple[str, float], ...]
 
@@ -21,3 +27,31 @@ def shares_text(shares: Iterable[tuple[str, float]]) -> str:
 def shares_of(text: str) -> Shares:
     """Return the pairs that `shares_text` has written."""
     return tuple((name, share) for name, share in json.loads(text or "[]"))
+
+
+def names_hit(
+    answers: Answers, ray: Index, hit: NDArray[np.bool_], name_of: Callable[[int], str]
+) -> NDArray[np.object_]:
+    """Return the name of the object that one ray hits at each of n updates; empty without a hit.
+
+    Parameters
+    ----------
+    answers
+        The answers to a query that casts rays, with a table of t answers.
+    ray
+        For each answer in the table, the number (t,) of the ray.
+    hit
+        Whether that ray hits anything (t,).
+    name_of
+        A function that returns the name of the solid with a number.
+    """
+    if answers.solids is None:
+        return np.full(len(answers.rows), "", object)
+    table = answers.solids.table
+    pairs = answers.rows * len(table) + answers.solids.rows
+    found, where = np.unique(pairs, return_inverse=True)
+    names = [
+        name_of(int(table[solids][ray[row]])) if hit[row] else ""
+        for row, solids in (divmod(pair, len(table)) for pair in found.tolist())
+    ]
+    return np.array(names, object)[where]

@@ -319,9 +319,14 @@ class ANGEN_OT_simulate(LongWork, Operator):
         return sum(len(track) for track in self._recording.tracks.values())
 
     def cancel(self, context: Context) -> None:
-        """Store the simulated frames. Blender calls this when it ends the operator itself."""
+        """Store the simulated frames. Blender calls this when it ends the operator itself.
+
+        Blender also calls it when the user cancels the question, before anything is simulated.
+        """
+        is_running = self._timer is not None
         self._close(context)
-        self._store(context, early=False)
+        if is_running:
+            self._store(context, early=False)
 
 
 register, unregister = bpy.utils.register_classes_factory((ANGEN_OT_simulate,))

@@ -119,7 +119,7 @@ def draw_recording(layout: UILayout, scene: Scene, sensors: Sequence[Sensor]) ->
         recording = kept.recording
         text = f"Recorded: frames {recording.frame_start} to {recording.frame_end}"
         layout.label(text=text, icon="CHECKMARK")
-        left_out = [s for s in simulated(sensors) if s.name not in recording.tracks]
+        left_out = [s for s in simulated(sensors) if recording.track_of(s.uid) is None]
         if left_out and all(s.kind.requires(LIGHT) for s in left_out):
             layout.label(text="Light sensors are not recorded", icon="INFO")
         elif left_out:

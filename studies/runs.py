@@ -217,7 +217,7 @@ def _measure_recording(shared: Readings, task: Task, enabled: Sequence[Sensor]) 
     recording = Recording(readings, facts, about(bpy.context.scene))
     shown = {name: figures(track) for name, track in sorted(readings.tracks.items())}
     events = {name: figure.events for name, figure in shown.items()}
-    active = {name: figure.active for name, figure in shown.items()}
+    active = {name: f.active for name, f in shown.items() if f.active is not None}
     found = Measurements()
     if task.keep:
         found.files[f"{task.digest}.csv"] = events_csv(readings)
@@ -432,7 +432,7 @@ def _columns(column: str, whole: float, each: Mapping[str, float]) -> dict[str, 
 
 
 def _mean(values: Mapping[str, float]) -> float:
-    return sum(values.values()) / len(values)
+    return sum(values.values()) / len(values) if values else math.nan
 
 
 # Cached for the process: without the cache each run takes 0.1 ms more.

@@ -20,24 +20,37 @@ from ..scene.animation import motion_paths
 from ..scene.instances import chain
 from ..scene.rays.caster import NOTHING
 from ..scene.rays.solids import SURFACE_TYPES, invertible
-from ..scene.timed import INSTANCING_MODIFIERS
 from .examined import Examined, Found
 
 # m. A home is too large if it and its median object are larger than this, and too small if both are
 # smaller.
 LARGE, LARGE_THINGS = 100.0, 8.0
 SMALL, SMALL_THINGS = 3.0, 0.1
-# m. The usual length of a home, and of the median object in it.
+# m. The usual length of a home, of the median object in it, and of a door and a room upright.
 USUAL, USUAL_THING = 12.0, 1.0
+USUAL_DOOR, USUAL_ROOM = 2.05, 2.5
+# m. Doors or rooms higher than this belong to a home that is too large.
+HIGH_DOOR, HIGH_ROOM = 4.5, 5.5
+# m. The usual height of rooms, and the least fraction of the floor on which a home has it.
+ROOMS, ROOMS_SHARE = (1.9, 4.0), 0.25
+# Vertical lines through the home: as many along each axis, and the most faces on one. Nothing
+# higher than SKY m is a part of a home of other size, nor a gap of less than LEAST_GAP m a room.
+LINES, FACES, SKY, LEAST_GAP = 24, 16, 60.0, 1.0
+# The share of the lines on which a home with ceilings has a gap.
+COVERED = 0.4
+# Two faces of a solid are nearer to each other than this share of its width: those of a slab.
+SLAB = 1.0 / 12.0
 # m. An object that is longer, thinner and higher than this is a wall. If all objects are lower than
 # LOW, nobody can walk upright between the walls.
 WALL_LONG, WALL_THIN, WALL_HIGH, LOW = 1.5, 0.4, 0.3, 1.9
 UPRIGHT = 2.4
 # Metres in other units that files often have.
 UNITS = {"millimetres": 0.001, "centimetres": 0.01, "inches": 0.0254, "feet": 0.3048}
+# The same for a home that is ten times too large.
+TENTHS = "tenths of a metre"
 # The penalty that `_unit_penalty` adds for units in which homes are rarely drawn.
 RARE = {"inches": 1.5, "feet": 1.5}
-BUNDLE = -40
+BUNDLE, BUNDLE_HIGH = -40, -45
 DIRECTIONS = 600
 # A room is open if more than this fraction of the directions from a sensor lead out of the home. An
 # open door, or a window without a pane, is a smaller fraction.
@@ -46,8 +59,11 @@ SIDES = ("+X", "-X", "+Y", "-Y", "above", "below")
 
 
 def scale(home: Examined) -> Iterator[Found]:
-    """Yield a finding if the home is some 100 times too large or small, or too low to walk in."""
-    lo, hi = home.home.lo, home.home.hi
+    """Yield a finding if the home is too large or small, or too low to walk in."""
+    # Of a home that is only a scan, surfaces are no more than what was added to it.
+    scans = [bounds for one in home.bare for bounds in one.bounds]
+    lo = np.concatenate([home.home.lo, *(bounds[:1] for bounds in scans)])
+    hi = np.concatenate([home.home.hi, *(bounds[1:] for bounds in scans)])
     is_finite = np.isfinite(lo).all(axis=1) & np.isfinite(hi).all(axis=1)
     if not is_finite.any():
         return
@@ -56,15 +72,99 @@ def scale(home: Examined) -> Iterator[Found]:
     things = float(np.median(sizes))
     large = whole > LARGE and things > LARGE_THINGS
     small = whole < SMALL / 2 or (whole < SMALL and things < SMALL_THINGS)
-    if not (large or small):
-        yield from _low_walls(home, (hi - lo)[is_finite])
-        return
     much = "large" if large else "small"
-    yield (
-        f"The home is too {much}: {_length(whole)} from end to end, and half of its objects are "
-        f"{'larger' if large else 'smaller'} than {_length(things)}",
-        _other_unit(home.metres, whole, things, large),
-    )
+    too = f"The home is too {much}: {_length(whole)} from end to end, and half of its objects are "
+    too += f"{'larger' if large else 'smaller'} than {_length(things)}"
+    sky = np.inf if large else SKY
+    high = _too_high(home, (hi - lo)[is_finite], sky) if not small else None
+    if high is not None:
+        part, height, usual = high
+        unit = min((*UNITS, TENTHS), key=lambda name: abs(math.log(_factor(name) * height / usual)))
+        said = f"The home is too large: its {part} are {_length(height)} high"
+        yield too if large else said, _smaller(home.metres, unit)
+    elif large:
+        unit = min(UNITS, key=lambda name: _unit_penalty(name, whole, things))
+        yield too, _smaller(home.metres, unit)
+    elif small:
+        yield too, _larger(home.metres, things)
+    else:
+        yield from _low_walls(home, (hi - lo)[is_finite])
+
+
+def _factor(unit: str) -> float:
+    return UNITS.get(unit, 0.1)
+
+
+def _too_high(home: Examined, size: Array, sky: float) -> tuple[str, float, float] | None:
+    """Return which part of a home is too high, its height and its usual height in m; or None.
+
+    `size` (n, 3) is the size of each object in m. What is higher than `sky` (m) is no part of it.
+    """
+    if next(leaves(home), None) is not None:
+        return None
+    doors = [float(np.sort(size)[-1]) for obj, size in _doors(home) if _is_upright(size)]
+    if doors and np.median(doors) > HIGH_DOOR:
+        return "doors", float(np.median(doors)), USUAL_DOOR
+    rooms, share = _room_heights(home, sky)
+    if share > COVERED:
+        high = float(np.median(rooms)) if len(rooms) else 0.0
+        return ("rooms", high, USUAL_ROOM) if high > HIGH_ROOM else None
+    # Without ceilings, the walls tell.
+    along, across = size[:, :2].max(axis=1), size[:, :2].min(axis=1)
+    is_wall = (along > size[:, 2] / 3.0) & (across < size[:, 2] / 6.0) & (size[:, 2] > WALL_HIGH)
+    walls = size[is_wall, 2]
+    high = float(np.median(walls)) if len(walls) > 1 else 0.0
+    return ("walls", high, USUAL_ROOM) if high > HIGH_ROOM else None
+
+
+def _is_upright(size: Array) -> bool:
+    """Return whether a door of a size (3,) has the proportions of a leaf."""
+    thick, wide, high = np.sort(size).tolist()
+    return bool(thick < wide / 4.0 and 1.3 * wide < high < 4.5 * wide)
+
+
+def _room_heights(home: Examined, sky: float) -> tuple[Array, float]:
+    """Return the heights (n,) of rooms on vertical lines, and the share of the lines with one.
+
+    It is the largest gap on a line between two faces that are not those of a slab. If many lines
+    have one as high as usual rooms, all heights are the usual one.
+    """
+    lo, hi = home.home.lo / home.metres, home.home.hi / home.metres
+    is_part = np.isfinite(lo).all(axis=1) & ((hi - lo)[:, 2] * home.metres < sky)
+    if not is_part.any():
+        return np.empty(0), 0.0
+    low, high = lo[is_part].min(axis=0), hi[is_part].max(axis=0)
+    steps = (np.arange(LINES) + 0.5) / LINES
+    x, y = np.meshgrid(*(low[axis] + steps * (high - low)[axis] for axis in (0, 1)))
+    z = np.full(x.size, high[2] + 1e-3 / home.metres)
+    down = np.tile([0.0, 0.0, -1.0], (x.size, 1))
+    length = np.full(x.size, float(high[2] - low[2]) + 1.0)
+    solids = home.home.caster.solids.solids
+    is_sky = [s.number for s in solids if not is_part[s.row]]
+    numbers = np.array([s.number for s in solids])
+    # Of each solid, a smaller gap between two of its faces is the thickness of a slab.
+    slab = SLAB * (hi - lo)[:, :2].min(axis=1)
+    by_number = np.argsort(numbers)
+    above, over, gaps = np.full(x.size, np.nan), np.full(x.size, NOTHING), []
+    for _ in range(FACES):
+        origins = np.stack([x.ravel(), y.ravel(), z], axis=1)
+        ranges, met = home.home.caster.cast_met(0, BUNDLE_HIGH, origins, down, length)
+        is_met = met != NOTHING
+        at = np.where(is_met, z - ranges, np.nan)
+        is_face = is_met & ~np.isin(met, is_sky)
+        row = by_number[np.searchsorted(numbers, met, sorter=by_number) % len(numbers)]
+        is_gap = is_face & ((met != over) | (above - at > slab[row]))
+        gaps.append(np.where(is_gap, (above - at) * home.metres, np.nan))
+        above, over = np.where(is_face, at, above), np.where(is_face, met, over)
+        # A millimetre below the face.
+        z = np.where(is_met, at - 1e-3 / home.metres, z)
+        if not is_met.any():
+            break
+    largest = np.nan_to_num(np.array(gaps)).max(axis=0)
+    rooms = largest[largest > LEAST_GAP]
+    share = len(rooms) / max(int(np.isfinite(above).sum()), 1)
+    usual = (rooms > ROOMS[0]) & (rooms < ROOMS[1])
+    return (np.full(1, USUAL_ROOM) if usual.sum() > ROOMS_SHARE * len(rooms) else rooms), share
 
 
 def _low_walls(home: Examined, size: Array) -> Iterator[Found]:
@@ -88,13 +188,14 @@ def _length(metres: float) -> str:
     return f"{metres:.3g} m" if metres >= 0.1 else f"{metres * 1000:.3g} mm"
 
 
-def _other_unit(metres: float, whole: float, things: float, large: bool) -> str:
-    if large:
-        unit = min(UNITS, key=lambda name: _unit_penalty(name, whole, things))
-        return (
-            f"If it was drawn in {unit}, set Unit Scale to {metres * UNITS[unit]:g} (Scene tab, "
-            "Units), or scale the whole home by that factor and apply the scale"
-        )
+def _smaller(metres: float, unit: str) -> str:
+    return (
+        f"If it was drawn in {unit}, set Unit Scale to {metres * _factor(unit):g} (Scene tab, "
+        "Units), or scale the whole home by that factor and apply the scale"
+    )
+
+
+def _larger(metres: float, things: float) -> str:
     # A factor of 1 would change nothing, so it is at least 10.
     factor = 10.0 ** max(round(math.log10(1.0 / things)), 1) if things > 0.0 else 100.0
     return (
@@ -138,22 +239,31 @@ def background_sets(home: Examined) -> Iterator[Found]:
         yield from advice.background_sets(home.scene)
 
 
+# By kind of what has no faces: its name, and how to make faces of it.
+FACELESS = {
+    "EDGES": ("Meshes without faces", "Fill the edges with faces (Edit Mode, F)"),
+    "POINTS": (
+        "Point clouds",
+        "Make a mesh of the scan in the scanner's program, or by Geometry Nodes (Points to Volume, "
+        "Volume to Mesh)",
+    ),
+    "CURVES": ("Curves without a surface", "Give them a Bevel or Extrude (Data tab, Geometry)"),
+    "HAIR": ("Hair", "Put a mesh where the hair is to hide something from sensors"),
+    "VOLUME": ("Volumes", "Make a mesh of it: a new mesh with the modifier Volume to Mesh"),
+    "DRAWING": ("Grease pencil drawings", "Make a mesh of it (Object, Convert), and fill it"),
+}
+
+
 def without_faces(home: Examined) -> Iterator[Found]:
-    """Yield a finding if visible meshes have edges but no faces."""
-    bare = []
-    for obj in home.shown():
-        if obj.type == "MESH" and not obj.is_instancer:
-            mesh = obj.evaluated_get(home.depsgraph).data
-            makes_more = any(m.type in INSTANCING_MODIFIERS for m in obj.modifiers)
-            if len(mesh.edges) and not len(mesh.polygons) and not makes_more:
-                bare.append(obj.name)
-    if bare:
-        yield (
-            f"Meshes without faces, through which every ray passes: {named(sorted(bare))}",
-            "Fill the edges with faces (Edit Mode, F), or tick Ignored by sensors if the mesh only "
-            "marks something",
-            tuple(sorted(bare)),
-        )
+    """Yield a finding for each kind of visible objects that have no faces."""
+    for kind, (what, mend) in FACELESS.items():
+        bare = sorted({one.name for one in home.bare if one.kind == kind})
+        if bare:
+            yield (
+                f"{what}, through which every ray passes: {named(bare)}",
+                f"{mend}; or tick Ignored by sensors if it only marks something",
+                tuple(bare),
+            )
 
 
 def flattened(home: Examined) -> Iterator[Found]:
@@ -248,16 +358,24 @@ NEAR = 0.5
 
 def leaves(home: Examined) -> Iterator[tuple[Any, Array, Array]]:
     """Yield each door leaf with its bounding box: the corners (3,) in world space, in m."""
+    sizes = dict(_doors(home))
     for obj, matrix in home.seen:
-        if obj.type != "MESH" or not WORD.search(obj.name) or PART.search(obj.name):
+        if obj not in sizes:
             continue
-        corners = np.array(obj.bound_box, np.float64)
-        size = (corners.max(axis=0) - corners.min(axis=0)) * _scale(obj) * home.metres
-        thick, wide, high = np.sort(size).tolist()
+        thick, wide, high = np.sort(sizes[obj]).tolist()
         if not (HEIGHT[0] <= high <= HEIGHT[1] and WIDTH[0] <= wide <= WIDTH[1] and thick <= THICK):
             continue
+        corners = np.array(obj.bound_box, np.float64)
         placed = (corners @ matrix[:3, :3].T + matrix[:3, 3]) * home.metres
         yield obj, placed.min(axis=0), placed.max(axis=0)
+
+
+def _doors(home: Examined) -> Iterator[tuple[Any, Array]]:
+    """Yield the objects that are called doors, each with its size (3,) in m."""
+    for obj in dict.fromkeys(obj for obj, _ in home.seen):
+        if obj.type == "MESH" and WORD.search(obj.name) and not PART.search(obj.name):
+            corners = np.array(obj.bound_box, np.float64)
+            yield obj, (corners.max(axis=0) - corners.min(axis=0)) * _scale(obj) * home.metres
 
 
 def without_hinges(home: Examined) -> Iterator[Found]:

@@ -14,6 +14,7 @@ from ...sensor_logic.model import Array
 from ..scene.home import EvaluatedHome
 from ..scene.rays.solids import SURFACE_TYPES
 from ..scene.sensors import Sensor, all_sensors, is_evaluated, simulated, unit_scale
+from .bare import Bare, bare_objects
 
 
 class Finding(NamedTuple):
@@ -95,6 +96,11 @@ class Examined:
             if not ignored and owner.visible_get(view_layer=self.view_layer):
                 found.append((original, np.array(instance.matrix_world, np.float64)))
         return found
+
+    @cached_property
+    def bare(self) -> list[Bare]:
+        """The visible objects without faces, which sensors do not meet."""
+        return list(bare_objects(self.depsgraph, self.view_layer, self.metres))
 
     def shown(self) -> list[Any]:
         """Return the visible objects that have a surface, without repetition."""

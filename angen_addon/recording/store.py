@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import base64
 import sys
+from collections.abc import Mapping
 from typing import Any
 
 import bpy
@@ -18,7 +19,7 @@ from ...sensor_logic.error import AngenError, replaced
 from ...sensor_logic.recording.file import VALUES, from_bytes, size_of, to_bytes
 from ..runtime import state
 from ..scene.changes import Fingerprint
-from ..scene.sensors import all_sensors
+from ..scene.sensors import Sensor, all_sensors
 from .stored_recording import StoredRecording
 
 # The name of the texts; its leading dot hides them from lists.
@@ -48,7 +49,7 @@ def _put(scene: Any, kept: StoredRecording | None, is_aside: bool) -> None:
     if not is_aside:
         kept.add_portable(scene)
     try:
-        kept.stored = kept.stored or _encoded(kept)
+        kept.stored = kept.stored or _encoded(kept, scene)
     except AngenError as error:
         report(f"The recording was not saved with the file: {error}. Export it")
         return
@@ -78,8 +79,8 @@ def restore() -> None:
         known = state.CACHE.kept_aside if is_aside else state.CACHE.kept
         if isinstance(scene, bpy.types.Scene) and known(scene) is None:
             try:
-                kept = _decoded(text.as_string(), values_left)
-                find_sensors(kept, scene)
+                kept, names = _decoded(text.as_string(), values_left)
+                find_sensors(kept, scene, names)
             except AngenError as error:
                 report(f"The recording in this file could not be read: {error}. Simulate again")
             else:
@@ -96,19 +97,29 @@ def report(text: str) -> None:
         print(f"Ängen Sensors: {text}", file=sys.stderr)
 
 
-def find_sensors(kept: StoredRecording, scene: Any) -> None:
+def find_sensors(kept: StoredRecording, scene: Any, names: Mapping[str, str]) -> None:
     """Set the session uid in each track of the recording `kept` to its sensor's present one.
 
-    The sensor is found by name, or by a former name if only its name has changed since the run.
-    Blender gives objects new session uids each time a file is opened.
+    Also set `kept.names` by the present session uids. `names` are the names at the run of all
+    sensors, by their names when the file was saved. A sensor is found by name, or by its name at
+    the run if only its name has changed since. Blender gives objects new session uids each time a
+    file is opened.
     """
-    layers = scene.view_layers
-    sensors = all_sensors(layers.get(kept.fingerprint.view_layer) or layers[0])
+    tracks, sensors = kept.recording.tracks, _sensors_of(kept, scene)
+    names = {**{name: name for name in tracks}, **names}
     known = {sensor.name: sensor for sensor in sensors}
-    others = [sensor for sensor in sensors if sensor.name not in kept.recording.tracks]
-    for name, track in kept.recording.tracks.items():
-        found = known.get(name) or next((s for s in others if kept.was_called(s, name)), None)
-        track.uid = found.uid if found is not None else 0
+    others = [sensor for sensor in sensors if sensor.name not in names]
+    for name, then in names.items():
+        found = known.get(name) or next((s for s in others if kept.was_called(s, then)), None)
+        if found is not None:
+            kept.names[found.uid] = then
+        if name in tracks:
+            tracks[name].uid = found.uid if found is not None else 0
+
+
+def _sensors_of(kept: StoredRecording, scene: Any) -> list[Sensor]:
+    layers = scene.view_layers
+    return all_sensors(layers.get(kept.fingerprint.view_layer) or layers[0])
 
 
 def _texts() -> list[Any]:
@@ -120,8 +131,8 @@ def _texts() -> list[Any]:
     ]
 
 
-def _encoded(kept: StoredRecording) -> str:
-    made = kept.fingerprint
+def _encoded(kept: StoredRecording, scene: Any) -> str:
+    made, sensors = kept.fingerprint, _sensors_of(kept, scene)
     header = {
         "facts": kept.facts,
         "blender": kept.blender,
@@ -130,14 +141,18 @@ def _encoded(kept: StoredRecording) -> str:
         "light": made.light,
         "digests": made.digests,
         "portable": made.portable,
+        "names": {s.name: kept.names[s.uid] for s in sensors if s.uid in kept.names},
     }
     data = base64.b64encode(to_bytes(kept.recording, header)).decode()
     lines = [data[i : i + LINE] for i in range(0, len(data), LINE)]
     return "\n".join([TITLE, *lines])
 
 
-def _decoded(text: str, most_values: int) -> StoredRecording:
-    """Return the recording in a text; raise AngenError if it is damaged or has too many values."""
+def _decoded(text: str, most_values: int) -> tuple[StoredRecording, dict[str, str]]:
+    """Return the recording in a text, and the names of sensors at the run, by name when saved.
+
+    Raise AngenError if the text is damaged or has too many values.
+    """
     title, _, data = text.partition("\n")
     if title != TITLE:
         raise AngenError("it is damaged")
@@ -153,14 +168,14 @@ def _decoded(text: str, most_values: int) -> StoredRecording:
     kept.facts = header.get("facts", 1)
     kept.stored = text
     kept.unsure = True
-    return kept
+    return kept, header.get("names", {})
 
 
 def _is_header(header: dict[str, Any]) -> bool:
     """Return whether a header has the entries and the types that `_encoded` writes."""
     numbers = [header.get("facts", 1)]
     versions: list[Any] = [header.get("blender"), header.get("made_in", []), numbers]
-    texts: list[Any] = [header.get("digests"), header.get("portable", {})]
+    texts: list[Any] = [header.get("digests"), header.get("portable", {}), header.get("names", {})]
     return (
         isinstance(header.get("view_layer"), str)
         and isinstance(header.get("light"), bool)

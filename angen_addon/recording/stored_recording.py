@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import secrets
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from typing import Any
 
 import bpy
@@ -17,6 +18,7 @@ from ...sensor_logic.kind import LIGHT, Kind
 from ...sensor_logic.kinds import KINDS
 from ...sensor_logic.recording.tracks import Recording
 from ...sensor_logic.wording import listed
+from ..scene.animation import is_off_keys
 from ..scene.changes import (
     SCENE,
     SHOWN,
@@ -31,6 +33,7 @@ from ..scene.changes import (
     what_is_shown,
 )
 from ..scene.facts import FACTS_VERSION
+from ..scene.instances import Uid
 from ..scene.sensors import Sensor, all_sensors
 from ..scene.surfaces import SURFACES
 
@@ -60,6 +63,8 @@ class StoredRecording:
         The FACTS_VERSION with which the fingerprint was computed.
     mark
         A random number that identifies this recording; its scene stores it too.
+    names
+        The names that the scene's sensors had at the run, by their uid.
     """
 
     def __init__(
@@ -71,6 +76,7 @@ class StoredRecording:
         self.stale_then = ""
         self.facts = FACTS_VERSION
         self.mark = 1 + secrets.randbelow(2**31 - 1)
+        self.names: dict[Uid, str] = {}
         self.unsure = False
         self.stored = ""
         # Texts for the user on each difference from the fingerprint, by the fingerprint's key.
@@ -96,18 +102,15 @@ class StoredRecording:
             return f"it was made in the view layer '{self.fingerprint.view_layer}'"
         if self.unsure:
             return "it is not known whether the scene is still the same"
-        # A sensor's name is in the log, and decides its noise.
-        names = [f"'{then}' is called '{now}'" for now, then in self._renamed.items()]
         changed = self._changed | self._moved
         if _names_new_or_gone(changed):
             # Objects that came or went change the visibility too: one text is enough.
             changed.pop(SHOWN, None)
         # Objects come first, since users know the names of objects better than the names of meshes.
         keys = sorted(changed, key=lambda key: not key.startswith("Object "))
-        names += dict.fromkeys(changed[key] for key in keys)
-        if not names:
-            return ""
-        return f"changed since: {listed(names, 3)}"
+        names = {f"'{then}'": f"'{now}'" for now, then in self._renamed.items()}
+        texts = dict.fromkeys(names.get(changed[key], changed[key]) for key in keys)
+        return f"changed since: {listed(list(texts), 3)}" if texts else ""
 
     def verify(self, scene: Any, depsgraph: Any) -> None:
         """Compare the whole present scene with the scene at the run, part by part.
@@ -133,6 +136,7 @@ class StoredRecording:
         if made.portable and not self.stale_then and made.portable == portable(scene, depsgraph):
             self.fingerprint = fingerprint_of(scene, depsgraph, made.light)
             self.fingerprint.portable = made.portable
+            self.names = _names_of(scene.view_layers[depsgraph.view_layer.name])
             self.blender, self.stored = THIS_BLENDER, ""
 
     def add_portable(self, scene: Any) -> None:
@@ -192,8 +196,14 @@ class StoredRecording:
             if follows or not isinstance(original, bpy.types.Object) or update is None:
                 continue
             moved = update.is_updated_transform or update.is_updated_geometry
-            if moved and original.animation_data is not None:
+            off = is_off_keys(original, scene) if moved else False
+            # When collections are shown or hidden, Blender reports all that is animated.
+            if off is None:
+                off = not depsgraph.id_type_updated("COLLECTION")
+            if off:
                 self._moved[key_of(original)] = f"'{original.name}'"
+            elif moved:
+                self._moved.pop(key_of(original), None)
 
     def note_other_scene(self, depsgraph: Any) -> None:
         """Check updates in another scene, which may share datablocks with the recording's scene.
@@ -266,10 +276,20 @@ class StoredRecording:
         self._compare(around)
 
     def _find_renamed(self, sensors: Iterable[Sensor]) -> None:
-        recorded = {track.uid: name for name, track in self.recording.tracks.items()}
-        self._renamed = {}
+        """Find the sensors that were renamed since the run, and give their tracks the new names."""
+        self._renamed, names = {}, {}
         for sensor in sensors:
-            self._renamed |= _renamed(sensor, recorded.get(sensor.uid, sensor.name))
+            self._renamed |= _renamed(sensor, self.names.get(sensor.uid, sensor.name))
+            names[sensor.uid] = sensor.name
+        tracks = list(self.recording.tracks.values())
+        wanted = [names.get(track.uid, track.sensor) for track in tracks]
+        is_same = wanted == [track.sensor for track in tracks]
+        # A name can still belong to the track of a sensor that was deleted.
+        if is_same or len(set(wanted)) < len(wanted):
+            return
+        renamed = {n: t.renamed(n) for n, t in zip(wanted, tracks, strict=True)}
+        self.recording = replace(self.recording, tracks=renamed)
+        self.stored, self.fingerprint.portable = "", {}
 
     def was_called(self, sensor: Sensor, name: str) -> bool:
         """Return whether a sensor had the name `name` at the run, and has not changed otherwise."""
@@ -321,7 +341,13 @@ def stored_run(recording: Recording, scene: Any, depsgraph: Any) -> StoredRecord
     Call this function when the run of the recording has ended.
     """
     light = _depend_on_light(KINDS[track.kind_name] for track in recording.tracks.values())
-    return StoredRecording(recording, fingerprint_of(scene, depsgraph, light))
+    stored = StoredRecording(recording, fingerprint_of(scene, depsgraph, light))
+    stored.names = _names_of(scene.view_layers[depsgraph.view_layer.name])
+    return stored
+
+
+def _names_of(view_layer: Any) -> dict[Uid, str]:
+    return {sensor.uid: sensor.name for sensor in all_sensors(view_layer)}
 
 
 def version_text(version: tuple[int, ...]) -> str:

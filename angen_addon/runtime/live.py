@@ -14,6 +14,7 @@ from typing import Any
 
 from ...sensor_logic.clock import Clock
 from ...sensor_logic.error import AngenError
+from ...sensor_logic.kind import Field
 from ...sensor_logic.model import Reading
 from ..progress import Doing, finished
 from ..scene.instances import Uid
@@ -39,6 +40,14 @@ class Published:
 
     reading: Reading
     frame: int
+
+
+def has_reading(published: Published | None, quantity: Field) -> bool:
+    """Return whether a reading has the field that its sensor shows as its main value.
+
+    A reading as another kind, or by another method, has another unit.
+    """
+    return published is not None and published.reading.fields.get(quantity.name) is not None
 
 
 class Live:
@@ -163,11 +172,17 @@ class Live:
         return self.outdated or self._frame != scene.frame_current
 
     def hold_light(self) -> None:
-        """Measure no light until the playhead moves, unless the user asks for it.
+        """Measure no light again until the playhead moves, unless the user asks for it.
 
-        To measure light after each edit would take too long.
+        To measure light after each edit would take too long. Sensors without a reading are still
+        measured: they would have nothing to show.
         """
         self._is_light_held = True
+
+    def light_readings(self) -> dict[str, Published]:
+        """Return the last readings of the light sensors, by name."""
+        lit = {runner.sensor.name for runner in self._runners if runner.sensor.kind.requires_light}
+        return {name: known for name, known in self.readings.items() if name in lit}
 
     def catch_up(self, scene: Any, view_layer: Any) -> None:
         """Sense anew at the present frame, because the scene was edited or the frame has changed.
@@ -191,7 +206,8 @@ class Live:
         if scene.frame_current < scene.frame_start:
             return BEFORE_THE_START
         if self._frame is None:
-            return ""
+            # Readings from before an undo.
+            return EDITED if self.readings else ""
         if self.outdated:
             return EDITED
         if self._frame != scene.frame_current:
@@ -202,7 +218,11 @@ class Live:
         """Return why the last light of a sensor is outdated, as a text; empty if it is not."""
         if sensor.name not in self._light_updates:
             return ""
-        return LIGHT_BEFORE if self._is_light_held else LIGHT_AT_REST
+        return LIGHT_BEFORE if self._is_kept_old(sensor) else LIGHT_AT_REST
+
+    def _is_kept_old(self, sensor: Sensor) -> bool:
+        """Return whether a light sensor keeps its old reading while light is held."""
+        return self._is_light_held and has_reading(self.readings.get(sensor.name), sensor.reading)
 
     @property
     def edits(self) -> int:
@@ -220,9 +240,9 @@ class Live:
         before = dict(self.readings)
         self._forget()
         self._list(view_layer, clock)
+        self.readings = before
         # These readings are marked as old until the light is measured.
-        lit = {runner.sensor.name for runner in self._runners if runner.sensor.kind.requires_light}
-        self.readings |= {name: known for name, known in before.items() if name in lit}
+        self.readings = self.light_readings()
 
     def _list(self, view_layer: Any, clock: Clock) -> None:
         """Make a runner for each sensor of the view layer that is on and has valid parameters."""
@@ -335,8 +355,12 @@ class Live:
 
     @property
     def has_waiting_light(self) -> bool:
-        """Return whether any light sensor waits for its light, and light is not held back."""
-        return bool(self._light_updates) and not self._is_light_held
+        """Return whether any light sensor waits for its light, and keeps no old reading."""
+        return bool(self._waiting_light())
+
+    def _waiting_light(self) -> list[PendingUpdates]:
+        updates = self._light_updates.values()
+        return [update for update in updates if not self._is_kept_old(update.runner.sensor)]
 
     def measure_waiting(self, scene: Any, view_layer: Any, at_most: int | None = None) -> None:
         """Measure the light at the present frame for the light sensors that wait for it.
@@ -345,7 +369,7 @@ class Live:
         """
         view_layer.update()
         waiting = sorted(
-            self._light_updates.values(), key=lambda update: not update.runner.sensor.selected
+            self._waiting_light(), key=lambda update: not update.runner.sensor.selected
         )
         lit = waiting[:at_most]
         try:
@@ -464,4 +488,5 @@ def live_of(scene: Any) -> Live:
     live = state.CACHE.live
     if not isinstance(live, Live) or live.scene_uid != scene.session_uid:
         live = state.CACHE.live = Live(scene)
+        live.readings |= state.CACHE.take_light(scene)
     return live

@@ -15,6 +15,7 @@ from ...sensor_logic.model import Reading
 from ...sensor_logic.recording.tracks import Recording
 from ..scene.sensors import Sensor
 from . import state
+from .live import has_reading
 
 RECORDED, LIVE, BAKED, NOTHING = "RECORDED", "LIVE", "BAKED", "NOTHING"
 NOT_YET = "Nothing was sensed at this frame yet: scrub, play or simulate"
@@ -159,8 +160,7 @@ class Playhead:
         problem = live.problems.get(sensor.name, "").removeprefix(f"'{sensor.name}': ")
         old = self._old or live.why_unlit(sensor)
         published = live.readings.get(sensor.name)
-        if published is None or published.reading.fields.get(quantity.name) is None:
-            # A reading as another kind, or by another method, has another unit.
+        if published is None or not has_reading(published, quantity):
             return PlayheadReading(NOTHING, problem=problem, old=old or NOT_YET)
         age = self.seconds(self.frame - published.frame)
         return PlayheadReading(LIVE, published.reading, published.frame, age, problem, old)

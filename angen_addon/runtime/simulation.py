@@ -142,7 +142,8 @@ def simulate(
     recording.frame_start, recording.frame_end = frame_start, frame_start - 1
     for sensor in sensors:
         kind, steps = sensor.kind.identifier, report_steps(sensor)
-        recording.tracks[sensor.name] = Track(sensor.name, kind, sensor.uid, steps, clock)
+        warm_up = float(getattr(sensor.parameters, "warm_up_time", 0.0))
+        recording.tracks[sensor.name] = Track(sensor.name, kind, sensor.uid, steps, clock, warm_up)
     recording.clock = clock
     run = _Run(scene, runners, first, last, frame_end, recording, exchanges, follow)
     run.references = references

@@ -164,6 +164,8 @@ class Cache:
         self._results: dict[tuple[int, type[FollowedResult]], FollowedResult] = {}
         self._listeners: weakref.WeakSet[Listener] = weakref.WeakSet()
         self.references = LightReferences()
+        # The session uid of a scene and its light readings from before an undo.
+        self._light: tuple[int, dict[str, Any]] = (0, {})
 
     @property
     def revision(self) -> int:
@@ -329,6 +331,14 @@ class Cache:
                 kept.check(owner)
             self.outdate_live()
 
+    def take_light(self, scene: Any) -> dict[str, Any]:
+        """Return and forget the live light readings of a scene from before an undo, by sensor.
+
+        They are old: the scene was edited after them.
+        """
+        (uid, found), self._light = self._light, (0, {})
+        return found if uid == scene.session_uid else {}
+
     def outdate_live(self) -> None:
         """Mark the live readings as outdated."""
         if self.live is not None:
@@ -337,6 +347,9 @@ class Cache:
     def forget_references(self) -> None:
         """Remove all references to Blender's data, because undo or redo will replace that data."""
         self.running = False
+        if self.live is not None:
+            # Undo does not change what was measured, and measuring light takes long.
+            self._light = self.live.scene_uid, self.live.light_readings()
         self.live = None
         self.overlay = self.arrows = None
         self._revision += 1
@@ -348,6 +361,7 @@ class Cache:
     def clear(self) -> None:
         """Empty the cache, because another file opens."""
         self.forget_references()
+        self._light = 0, {}
         self._kept.clear()
         self._results.clear()
         self.references = LightReferences()

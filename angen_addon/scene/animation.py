@@ -12,6 +12,8 @@ import numpy as np
 
 # Beginnings of the data paths of an object's transform.
 PLACE = ("location", "rotation_", "scale", "delta_")
+# Relative: how closely a value set by an F-curve equals the curve.
+KEY_TOLERANCE = 1e-5
 # Splits a data path into the owner of the property and its name, or its custom name.
 LAST_PART = re.compile(r'^(?:(.*)\.)?(\w+)$|^(.*)\["((?:[^"\\]|\\.)*)"\]$')
 
@@ -78,6 +80,35 @@ def played_curves(owner: Any) -> list[Any]:
     strips = [strip for track in animation.nla_tracks for strip in track.strips]
     acting = (animation, *strips)
     return [c for a in acting for c in action_curves(a.action, getattr(a, "action_slot", None))]
+
+
+def is_off_keys(owner: Any, scene: Any) -> bool | None:
+    """Return whether any value differs from its F-curve, as after the user has moved an object.
+
+    The next change of frame sets these values again. Return None if NLA strips set values, because
+    their values at a frame cannot be read.
+    """
+    animation = owner.animation_data
+    if animation is None:
+        return False
+    if animation.use_nla and any(not track.mute for track in animation.nla_tracks):
+        return None
+    driven = {(curve.data_path, curve.array_index) for curve in animation.drivers}
+    frame = scene.frame_float * time_stretch(scene)
+    for curve in action_curves(animation.action, getattr(animation, "action_slot", None)):
+        path = curve.data_path, curve.array_index
+        if curve.mute or path in driven or (curve.group is not None and curve.group.mute):
+            continue
+        try:
+            value = owner.path_resolve(curve.data_path)
+        except ValueError:
+            continue
+        value = value[curve.array_index] if hasattr(value, "__getitem__") else value
+        if isinstance(value, float):
+            wanted = curve.evaluate(frame)
+            if abs(value - wanted) > KEY_TOLERANCE * max(1.0, abs(wanted)):
+                return True
+    return False
 
 
 def may_set(owner: Any, *words: str) -> bool:

@@ -92,8 +92,12 @@ class ReadingTexts:
             return ReadingText(text, UNKNOWN, brief=NOTHING)
         quantity = sensor.reading
         found = self._playhead.of(sensor, quantity)
-        words = _warming_up(sensor, found, self._scene)
-        words = words or _texts(sensor.kind, quantity, found, self._lengths)
+        warming = _warming_up(sensor, found, self._scene)
+        if warming:
+            found = found._replace(problem=warming)
+            words = (capital(warming), NOT_SURE, "Warm-up")
+        else:
+            words = _texts(sensor.kind, quantity, found, self._lengths)
         return _text_of(sensor.kind, quantity, found, words, self._lengths)
 
     def source(self, sensor: Sensor) -> Any:
@@ -158,15 +162,14 @@ def _texts(
     return ", ".join(filter(None, (text, age))), icon, brief
 
 
-def _warming_up(sensor: Sensor, found: PlayheadReading, scene: Any) -> tuple[str, str, str] | None:
-    """Return full text, icon and brief text during the detector's warm-up time; None after it."""
+def _warming_up(sensor: Sensor, found: PlayheadReading, scene: Any) -> str:
+    """Return why a reading is not valid during a detector's warm-up time; empty after it."""
     plain = found.origin in (playhead.RECORDED, playhead.LIVE) and not (found.problem or found.old)
-    if found.reading is None or not plain or found.reading.active:
-        return None
+    if found.reading is None or not plain:
+        return ""
     warm_up = getattr(sensor.parameters, "warm_up_time", 0.0)
     frames = found.frame - scene.frame_start
-    text = waiting(warm_up, 0.0, frames * scene.render.fps_base / scene.render.fps)
-    return (capital(text), NOT_SURE, "Warm-up") if text else None
+    return waiting(warm_up, 0.0, frames * scene.render.fps_base / scene.render.fps)
 
 
 def state_text(kind: Kind, quantity: Field, reading: Reading, lengths: Any) -> str:

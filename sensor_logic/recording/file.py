@@ -150,6 +150,7 @@ def _read_clock(fields: Any) -> Clock:
 def _read_track(header: dict[str, Any], clock: Clock | None, reader: _Reader) -> Track:
     count, columns = header["count"], list(header["columns"])
     track = Track(header["sensor"], header["kind"], clock=clock)
+    track.warm_up = _number(header.get("warm_up", 0.0))
     track.steps = {_typed(str, name): _number(step) for name, step in header["steps"].items()}
     if columns[0]["as"] == "steps":
         if clock is None:
@@ -317,6 +318,7 @@ def _track_header(track: Track, clock: Clock | None, out: _Writer) -> dict[str, 
         "kind": track.kind_name,
         "count": len(track),
         "steps": track.steps,
+        "warm_up": track.warm_up,
         "fields": list(track.columns),
         "columns": columns,
     }

@@ -5,16 +5,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterable
+from copy import copy
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..clock import Clock
 from ..kind import Field, Kind
 from ..kinds import KINDS
 from ..model import Reading
+from ..physics import TIME_TOLERANCE_S
 from .columns import Column, EvenSpacing
 
 
@@ -33,6 +36,8 @@ class Track:
         For some fields, the least change that is an event, by name.
     clock
         The time base of frames and times, if known.
+    warm_up
+        The time (s) before which the sensor warms up, so that its readings are not valid.
     columns
         The values of each field by name; NaN for values that were not measured.
     evidence
@@ -45,6 +50,7 @@ class Track:
     uid: int | tuple[int, ...] = 0
     steps: dict[str, float] = field(default_factory=dict)
     clock: Clock | None = None
+    warm_up: float = 0.0
 
     def __post_init__(self) -> None:
         frames = times = None
@@ -132,6 +138,20 @@ class Track:
     def _number_of(self, parameters: Any) -> int:
         """Return the number of parameters among those that the sensor has had."""
         return self._parameters.setdefault(parameters, len(self._parameters))
+
+    def invalid(self) -> NDArray[np.bool_]:
+        """Return the mask (n,) of the updates whose reading is not valid."""
+        times = np.asarray(self.times, np.float64)
+        found: NDArray[np.bool_] = times < self.warm_up - TIME_TOLERANCE_S
+        if "valid" in self.columns:
+            found |= np.asarray(self.columns["valid"], np.int8) == 0
+        return found
+
+    def renamed(self, sensor: str) -> Track:
+        """Return a track with the same readings, of a sensor that is called `sensor` now."""
+        track = copy(self)
+        track.sensor = sensor
+        return track
 
     def __len__(self) -> int:
         return len(self.frames)

@@ -10,7 +10,6 @@ import re
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..kind import Field
 from ..log import event_rows
@@ -162,7 +161,7 @@ class Figures:
     first, last
         The times (s) of the first and the last of these events.
     active
-        The fraction (0 to 1) of updates at which the sensor was active.
+        The fraction (0 to 1) of valid updates at which the sensor was active; None without any.
     greatest
         The greatest valid value of `field`.
     field
@@ -175,7 +174,7 @@ class Figures:
     events: int
     first: float | None
     last: float | None
-    active: float
+    active: float | None
     greatest: float | None
     field: Field | None
     invalid: float
@@ -197,14 +196,14 @@ def figures(track: Track) -> Figures:
     """Return the statistics of a sensor's track, for the report's table."""
     changes = [track.times[index] for index in event_rows(track).tolist()]
     name, values = quantity(track)
-    valid = ~invalid(track)
+    valid = ~track.invalid()
     known = values[valid & np.isfinite(values)] if name else np.empty(0)
     return Figures(
         len(track),
         len(changes),
         changes[0] if changes else None,
         changes[-1] if changes else None,
-        float(np.mean(track.active)) if len(track) else 0.0,
+        float(np.mean(np.asarray(track.active)[valid])) if valid.any() else None,
         float(known.max()) if len(known) else None,
         track.kind.fields.get(name),
         float(1.0 - valid.mean()) if len(track) else 0.0,
@@ -223,11 +222,3 @@ def quantity(track: Track) -> tuple[str, Array]:
         if np.isfinite(values).any():
             return name, values
     return "", np.empty(0)
-
-
-def invalid(track: Track) -> NDArray[np.bool_]:
-    """Return the mask (n,) of the updates whose reading is not valid."""
-    if "valid" not in track.columns:
-        return np.zeros(len(track), bool)
-    valid: NDArray[np.int8] = np.asarray(track.columns["valid"], dtype=np.int8)
-    return np.asarray(valid == 0)

@@ -181,8 +181,8 @@ def _table(report: Report) -> str:
         '<div class="scroll"><table><thead>' + lines[0] + "</thead><tbody>"
         + "\n".join(lines[1:]) + "</tbody></table></div>"
         "<p>Events are changes of what a sensor publishes, its first update apart; first and last "
-        "are their times. Active is the share of the updates in which it was; max the greatest "
-        "value among those that are valid.</p>"
+        "are their times. Active is the share of the valid updates in which it was; max is the "
+        "greatest value among these. A detector is not valid while it warms up.</p>"
     )  # fmt: skip
 
 
@@ -201,7 +201,7 @@ def _table_row(
     else:
         cells.append(f"{seen.events}")
         cells += ["–" if t is None else f"{t:.1f}" for t in (seen.first, seen.last)]
-        cells.append(f"{seen.active:.1%}")
+        cells.append("–" if seen.active is None else f"{seen.active:.1%}")
         cells.append(seen.greatest_text)
         cells.append(f"{seen.invalid:.1%}" if seen.invalid else "")
     return (

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from ..kinds import KINDS
 from ..model import Array
 from ..recording.tracks import Track
-from .facts import Report, ReportedSensor, invalid, quantity
+from .facts import Report, ReportedSensor, quantity
 from .svg import coordinate, hue, mark, place, safe, shortened, shown_number, text_width, ticks
 
 # Reduce a track to the columns of a drawing; events narrower than a column stay visible.
@@ -93,7 +93,7 @@ def columns(track: Track, period: float, step: float, span: tuple[float, float],
 
     known = share(np.ones(len(times), bool))
     of = np.maximum(known, ROUNDING)
-    bad = invalid(track)
+    bad = track.invalid()
     name, values = quantity(track)
     low = high = last = np.full(n, np.nan)
     top = np.nan

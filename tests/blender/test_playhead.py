@@ -151,14 +151,68 @@ def test_light_is_not_measured_after_each_edit(door):
     assert told("light").text == "No reading", "percent are not told as lux"
 
 
-def test_after_undo_live_values_are_there_again(door):
-    """Nothing is recorded; light, which takes long, is there once the playhead has moved."""
-    door.sensor("LIGHT", "light", samples=16)
+def edit(scale):
+    leaf().scale.x = scale
+    bpy.context.view_layer.update()
+    bpy.ops.ed.undo_push(message="edit")
+
+
+@pytest.fixture
+def lit(door):
+    """Add two light sensors to the door, and a room around it, at frame 20."""
+    for name in ("light", "other"):
+        door.sensor("LIGHT", name, samples=16)
+    door.box((9, 9, 9), name="room")
     door.update()
     door.scene.frame_set(20)
     bpy.ops.ed.undo_push(message="before")
-    leaf().scale.x = 2
-    bpy.ops.ed.undo_push(message="edit")
+    return door
+
+
+@pytest.mark.parametrize("recorded", [False, True], ids=["", "recorded"])
+def test_light_is_measured_also_after_an_edit_an_undo_and_an_edit(lit, recorded):
+    """No light sensor waits without end: none was measured before."""
+    if recorded:
+        ops.simulate(without_light=True)
+        bpy.ops.ed.undo_push(message="recorded")
+    edit(2)
+    bpy.ops.ed.undo()
+    edit(3)
+    rest()
+    assert told("light").text == told("other").text == "Dark, 0.0 %"
+    assert told("light").old == told("other").old == ""
+
+
+def test_light_that_was_measured_is_shown_as_old_after_undo(lit):
+    """To measure it after each edit takes too long: it says what to press."""
+    rest()
+    assert told("light").text == "Dark, 0.0 %" and told("light").old == ""
+    edit(2)
+    bpy.ops.ed.undo()
+    assert told("light").text == "Dark, 0.0 %, old"
+    for act in (rest, lambda: edit(3), rest, bpy.ops.ed.undo, rest):
+        act()
+        assert told("light").text == "Dark, 0.0 %, old"
+    assert "Measure Now" in told("light").old
+
+
+def test_a_light_sensor_without_a_reading_is_measured_once_the_user_rests(lit):
+    """Where others keep an old reading: it is new, or measures otherwise than before."""
+    rest()
+    lit.sensor("LIGHT", "new", samples=16)
+    named = bpy.data.objects["other"].angen_sensor.light
+    named.method = "ILLUMINANCE"
+    lit.update()
+    rest()
+    assert told("light").text == "Dark, 0.0 %, old"
+    assert told("new").text == "Dark, 0.0 %" and told("new").old == ""
+    assert told("other").text == "Dark, 0 lx" and told("other").old == ""
+
+
+def test_after_undo_live_values_are_there_again(lit):
+    """Nothing is recorded; light that was measured is there once the playhead has moved."""
+    rest()
+    edit(2)
     bpy.ops.ed.undo()
     rest()
     assert told().fields is not None and told().old == ""

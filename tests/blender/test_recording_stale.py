@@ -4,11 +4,13 @@
 It is stale, with a reason, exactly while the scene is another one.
 """
 
+import csv
 from importlib import import_module
 
 import bpy
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.scene.facts import facts_of
+from panel_layout import drawn
 from recorded_home import ADDON, cache, columns, move, named, ops, recorded, save_and_load, stale
 
 
@@ -89,10 +91,7 @@ EDITS = {
     "add": (lambda w: w.box((1, 1, 1), at=(5, 5, 5), name="new"), "'new' (new)"),
     "remove": (lambda w: bpy.data.objects.remove(named("shelf")), "'shelf' (gone)"),
     "unparent": (lambda w: with_value(named("lamp"), parent=None), "'lamp'"),
-    "rename": (
-        lambda w: with_value(named("Front door"), name="Back door"),
-        "'Front door' is called 'Back door'",
-    ),
+    "rename": (lambda w: with_value(named("shelf"), name="cupboard"), SHOWN),
     "driver": (add_a_driver, "'shelf'"),
     "collection": (add_a_collection, SHOWN),
 }
@@ -182,35 +181,103 @@ def test_what_moves_no_reading_keeps_it_fresh(home, act):
     assert stale() == "" and columns() == before
 
 
-def test_a_renamed_sensor_is_all_that_is_told(home, tmp_path):
-    """Its housing and a driver refer to it; after loading the reason is the same."""
+@pytest.fixture
+def two_doors(home):
+    """Add a second switch, a housing and a driver that refer to the first one; record again."""
     housing = home.box((0.1, 0.1, 0.1), at=(0, 0, 0.1), name="housing")
     housing.parent = named("Front door")
-    other = home.switch("Other door")
-    other.location.x = 7
+    home.switch("Other door").location.x = 7
+    home.switch("Off", enabled=False).location.x = 9
     target = named("shelf").driver_add("scale", 2).driver.variables.new().targets[0]
     target.id, target.data_path = named("Front door"), "angen_sensor.value"
     home.update()
     ops.simulate()
     assert stale() == ""
-    named("Front door").name = "Back door"
-    home.update()
-    reason = "changed since: 'Front door' is called 'Back door'"
-    assert stale() == reason
-    save_and_load(tmp_path / "a.blend")
-    assert stale() == reason
-    named("Back door").name = "x"
-    named("Other door").name = "Front door"
-    named("x").name = "Other door"
+    return home
+
+
+def events(path):
+    ops.export_events(filepath=str(path))
+    with open(path, newline="", encoding="utf-8") as file:
+        return [{**row, "kind": row["sensor"]} for row in csv.DictReader(file)]
+
+
+def rename(**names):
+    """Give sensors other names, all at once."""
+    found = {named(name.replace("_", " ")): new for name, new in names.items()}
+    for number, obj in enumerate(found):
+        obj.name = f"x{number}"
+    for obj, name in found.items():
+        obj.name = name
     bpy.context.view_layer.update()
-    bpy.context.scene.frame_set(7)
-    assert "'Front door' is called 'Other door'" in stale()
-    assert "'Other door' is called 'Front door'" in stale() and stale().count(",") == 1
-    named("Front door").name = "x"
-    named("Other door").name = "Front door"
-    named("x").name = "Other door"
-    bpy.context.scene.frame_set(8)
+
+
+RENAMED = {
+    "one": {"Front_door": "Back door"},
+    "a name that another had": {"Front_door": "Other door", "Other_door": "Front door"},
+    "in turn": {"Front_door": "Other door", "Other_door": "Third"},
+    "one that is off": {"Off": "Away"},
+}
+
+
+@pytest.mark.parametrize("names", RENAMED.values(), ids=RENAMED)
+def test_a_renamed_sensor_keeps_its_recording_by_its_new_name(two_doors, tmp_path, names):
+    """Nobody's recording is stale, also after saving."""
+    before = {name: column[3] for name, column in columns().items()}
+    log = events(tmp_path / "before.csv")
+    new = {name.replace("_", " "): now for name, now in names.items()}
+    wanted = {new.get(name, name): values for name, values in before.items()}
+    rename(**names)
+    for _ in range(2):
+        bpy.context.scene.frame_set(7)
+        assert stale() == ""
+        assert {name: column[3] for name, column in columns().items()} == wanted
+        found = events(tmp_path / "after.csv")
+        key = [(row["time_s"], new.get(row["sensor"], row["sensor"]), row["value"]) for row in log]
+        assert sorted((r["time_s"], r["sensor"], r["value"]) for r in found) == sorted(key)
+        assert "not recorded" not in drawn("ANGEN_PT_simulation").text
+        save_and_load(tmp_path / "a.blend")
+    # The recording follows also the way back, and what else changes is told by the new name.
+    rename(**{now.replace(" ", "_"): name.replace("_", " ") for name, now in names.items()})
+    assert stale() == "" and {n: c[3] for n, c in columns().items()} == before
+    rename(**names)
     assert stale() == ""
+    first = next(iter(new.values()))
+    with_value(named(first).angen_sensor, update_rate=2.0)
+    bpy.context.scene.frame_set(8)
+    assert stale() == f"changed since: '{first}'"
+
+
+def test_a_renamed_sensor_is_not_simulated_again(two_doors):
+    rename(Front_door="Back door")
+    before = columns()
+    ops.simulate()
+    assert columns() == before and "Back door" in before
+    bpy.ops.ed.undo_push(message="renamed")
+    ops.clear_recording()
+    ops.simulate()
+    assert columns() == before and stale() == ""
+
+
+def test_undo_of_a_new_name_gives_the_recording_the_former_name(two_doors):
+    bpy.ops.ed.undo_push(message="recorded")
+    rename(Front_door="Back door")
+    bpy.ops.ed.undo_push(message="renamed")
+    assert "Back door" in columns()
+    bpy.ops.ed.undo()
+    assert "Front door" in columns() and stale() == ""
+    bpy.ops.ed.redo()
+    assert "Back door" in columns() and stale() == ""
+
+
+def test_a_renamed_sensor_in_an_instance_keeps_its_recording(world):
+    inner = world.switch("inner", update_rate=24.0)
+    world.instance("first", world.aside("part", inner), (5, 0, 0))
+    world.update()
+    ops.simulate()
+    (name,) = columns()
+    rename(first="second")
+    assert list(columns()) == [name.replace("first", "second")] and stale() == ""
 
 
 # Settings that only concern the display and the use of results.
@@ -257,6 +324,58 @@ def test_every_setting_of_the_scene_makes_it_stale_or_is_known_not_to(home):
             ), name
     finally:
         del bpy.types.Scene.angen_brand_new
+
+
+SWITCHED = {
+    "excluded": lambda layer, on: setattr(layer, "exclude", on),
+    "eye": lambda layer, on: setattr(layer, "hide_viewport", on),
+    "monitor": lambda layer, on: setattr(layer.collection, "hide_viewport", on),
+}
+
+
+@pytest.mark.parametrize("members", ["shelf", "door", "Front door", "lamp"])
+@pytest.mark.parametrize("how", SWITCHED)
+def test_a_collection_unticked_and_ticked_again_leaves_it_fresh(home, how, members):
+    """Blender then reports all that is animated as moved."""
+    made, strips = bpy.data.collections.new("part"), home.box((1, 1, 1), (0, 9, 0), "strips")
+    home.scene.collection.children.link(made)
+    home.scene.collection.objects.unlink(named(members))
+    made.objects.link(named(members))
+    home.key(strips, "location", {1: (0, 9, 0), 40: (0, 12, 0)})
+    data = strips.animation_data
+    data.nla_tracks.new().strips.new("strip", 1, data.action)
+    data.action = None
+    home.scene.render.frame_map_old, home.scene.render.frame_map_new = 100, 200
+    home.scene.frame_set(13)
+    ops.simulate()
+    home.scene.frame_set(20, subframe=0.5)
+    layer = bpy.context.view_layer.layer_collection.children["part"]
+    for _ in range(2):
+        SWITCHED[how](layer, True)
+        home.update()
+        assert stale()
+        SWITCHED[how](layer, False)
+        home.update()
+        assert stale() == ""
+
+
+@pytest.mark.parametrize("name", ["door", "flag"])
+def test_something_animated_that_was_moved_and_moved_back_leaves_it_fresh(home, name):
+    rig = home.rig("bone", (0, 0, 1), (0, 12, 0))
+    rig.name = "flag"
+    home.key(rig, 'pose.bones["bone"].location', {1: (0, 0, 0), 40: (0, 3, 0)})
+    home.key(named("door"), "rotation_euler", {1: (0, 0, 0), 40: (0, 0, 1)})
+    home.scene.frame_set(20)
+    ops.simulate()
+    part = named(name).pose.bones["bone"] if name == "flag" else named(name)
+    where = part.location.copy()
+    for _ in range(2):
+        part.location.x += 0.5
+        home.update()
+        assert stale() == f"changed since: '{name}'"
+        part.location = where
+        home.update()
+        assert stale() == ""
 
 
 def test_something_animated_that_was_moved_is_back_at_the_next_frame(home):
@@ -317,7 +436,6 @@ BEFORE_A_FRAME = {
     "disabled": lambda world: named("shelf").__setattr__("hide_viewport", True),
     "gone": lambda world: bpy.data.objects.remove(named("shelf")),
     "new": lambda world: world.link("more", bpy.data.meshes.new("more")),
-    "renamed": lambda world: named("Front door").__setattr__("name", "Back door"),
     "gravity": lambda world: world.scene.__setattr__("gravity", (0, 0, 1)),
     "a property": lambda world: world.scene.__setitem__("angle", 3.0),
 }

@@ -173,6 +173,17 @@ def test_the_window_asks_before_a_longer_recording_is_lost(home, monkeypatch):
     assert "frames 1 to 50, and is stale." in shorter.press(monkeypatch) and not shorter.ran
 
 
+def test_cancel_in_the_question_changes_nothing_in_silence(home, monkeypatch):
+    simulate(1, 50)
+    before = kept()
+    apart = Asked(frame_start=60, frame_end=70)
+    assert apart.press(monkeypatch)
+    # Blender ends the operator, of which nothing has run, also if it knows the scene already.
+    apart._scene_uid = bpy.context.scene.session_uid
+    ANGEN_OT_simulate.cancel(apart, bpy.context)
+    assert kept() is before and apart.told == [] and not apart.ran
+
+
 def test_the_window_asks_nothing_where_nothing_is_lost(home, monkeypatch):
     simulate(1, 50)
     within = Asked(frame_start=1, frame_end=10)

@@ -2,12 +2,17 @@
 """Why a sensor reports something or nothing, in panels, Explain and the command line."""
 
 import math
+import re
 
 import bpy
+import numpy as np
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.commands.command_line import run_command
 from bl_ext.user_default.angen_sensors.angen_addon.explain.explain import MEMORY
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.state import CACHE
+from bl_ext.user_default.angen_sensors.angen_addon.scene.sensors import all_sensors
+from bl_ext.user_default.angen_sensors.angen_addon.view.readings import reading_text
+from bl_ext.user_default.angen_sensors.angen_addon.view.timeline.layout import INVALID, spans_of
 from light_stage import facing, lamp
 from panel_layout import drawn
 
@@ -59,6 +64,38 @@ def test_a_detector_that_warms_up_says_so_everywhere(world, passing):
     ops.simulate()
     world.scene.frame_set(40)
     assert drawn("ANGEN_PT_active_sensor").labels[1].startswith("Motion")
+
+
+def test_a_detector_that_warms_up_is_not_valid_in_window_timeline_and_report(
+    world, passing, tmp_path
+):
+    """The log of a kind without `valid` stays as it is; all else tells one truth."""
+    passing.angen_sensor.pir.warm_up_time = 1.0
+    ops.simulate()
+    name = passing.name
+    track = CACHE.kept(world.scene).recording.tracks[name]
+    bad = track.invalid()
+    assert bad.any() and any(track.active)
+    assert list(bad) == [time < 1.0 for time in track.times]
+    for _ in range(2):
+        track = CACHE.kept(bpy.context.scene).recording.tracks[name]
+        spans = spans_of(track, 1, 48)
+        assert spans.states[0] == INVALID and INVALID not in spans.states[1:]
+        assert (spans.starts[0], spans.ends[0]) == (1, 25)
+        for frame in (1, 24, 25):
+            bpy.context.scene.frame_set(frame)
+            (sensor,) = all_sensors(bpy.context.view_layer)
+            shown = reading_text(sensor, bpy.context.scene)
+            assert shown.problem.startswith("warming up") == (frame < 25)
+            assert (shown.icon == "SORTTIME") == (frame < 25)
+        ops.export_report(filepath=str(tmp_path / "report.html"))
+        cells = re.findall(r"<td[^>]*>([^<]*)</td>", (tmp_path / "report.html").read_text())
+        share = np.asarray(track.active)[~bad].mean()
+        assert f"{share:.1%}" in cells and f"{bad.mean():.1%}" in cells
+        bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "home.blend"))
+        bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "home.blend"))
+    ops.export_events(filepath=str(tmp_path / "events.csv"))
+    assert "0.000000,1," in (tmp_path / "events.csv").read_text()
 
 
 def test_the_command_line_says_so_too(world, passing, capsys, tmp_path):

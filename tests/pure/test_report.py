@@ -498,3 +498,27 @@ def test_a_png_holds_its_colours_row_by_row_from_above() -> None:
     start = data.index(b"IDAT") + 4
     (length,) = struct.unpack(">I", data[start - 8 : start - 4])
     assert zlib.decompress(data[start : start + length]) == bytes([0, 255, 0, 0, 0, 255, 0])
+
+
+@pytest.mark.parametrize(
+    ("warm_up", "active", "invalid"), [(0.0, 0.25, 0.0), (2.0, 0.5, 0.5), (9.0, None, 1.0)]
+)
+def test_a_detector_that_warms_up_is_not_valid_and_counts_in_no_share(
+    warm_up: float, active: float | None, invalid: float
+) -> None:
+    pir = track("Hall", "PIR", np.arange(4.0), [False, False, False, True], np.zeros(4))
+    pir.warm_up = warm_up
+    told = figures(pir)
+    assert (told.active, told.invalid, told.updates) == (active, invalid, 4)
+    seen = columns(pir, 1.0, 0.0, (0.0, 4.0), 4)
+    assert list(seen.invalid) == [float(time < warm_up) for time in range(4)]
+    row = re.findall(r"<td[^>]*>([^<]*)</td>", page.html(report([pir], 4.0)))
+    cells = ("–" if active is None else f"{active:.1%}", f"{invalid:.1%}" if invalid else "")
+    assert (row[-3], row[-1]) == cells
+
+
+def test_of_a_pad_only_valid_readings_are_in_the_share() -> None:
+    pad = track("Sofa", "PRESSURE", np.arange(4.0), [True, True, False, True], np.ones(4))
+    pad.columns["valid"] = Column(bool)
+    pad.columns["valid"].extend([0, 0, 1, 1])
+    assert (figures(pad).active, figures(pad).invalid) == (0.5, 0.5)

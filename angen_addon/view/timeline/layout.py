@@ -145,8 +145,7 @@ def spans_of(track: Track, start: float, end: float) -> Spans:
     """
     frames = np.array(track.frames, np.float64)
     states = np.array(track.active, np.int8)
-    if "valid" in track.columns:
-        states[np.array(track.columns["valid"], np.int8) == 0] = INVALID
+    states[track.invalid()] = INVALID
     following = np.append(frames[1:], end)
     usual = float(np.median(np.diff(frames))) if len(frames) > 1 else end - start
     late = following - frames > usual * GAP + 1.0

@@ -131,7 +131,7 @@ def draw_recording(layout: UILayout, scene: Scene, sensors: Sequence[Sensor]) ->
     aside = state.CACHE.kept_aside(scene)
     if aside is not None:
         begin, end = aside.recording.frame_start, aside.recording.frame_end
-        layout.label(text=f"Kept aside: frames {begin} to {end} of the home", icon="INFO")
+        layout.label(text=f"Kept aside: frames {begin} to {end}", icon="INFO")
     if state.CACHE.notice:
         draw_lines(layout, state.CACHE.notice, "ERROR")
 

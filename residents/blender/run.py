@@ -75,8 +75,9 @@ def without_animation(scene: Any, but: Collection[Any] = ()) -> Iterator[None]:
         if owner.library is None and owner not in but and (data.action or data.nla_tracks):
             before.append((owner, data.action, getattr(data, "action_slot", None), data.use_nla))
             data.action, data.use_nla = None, False
-    camera = scene.camera
+    camera, views = scene.camera, []
     if not _needs_camera():
+        views = _hold_views(scene)
         # Blender's audio stores the camera's location for every frame from 0 on, and copies all of
         # them at each new frame. Late in a day, that takes milliseconds.
         scene.camera = None
@@ -84,11 +85,26 @@ def without_animation(scene: Any, but: Collection[Any] = ()) -> Iterator[None]:
         yield
     finally:
         scene.camera = camera
+        for view in views:
+            view.use_local_camera = False
         for owner, action, slot, use_nla in before:
             data = owner.animation_data_create()
             data.action, data.use_nla = action, use_nla
             if slot is not None:
                 data.action_slot = slot
+
+
+def _hold_views(scene: Any) -> list[Any]:
+    """Let all 3D views keep the scene's camera as their own, and return them.
+
+    Without this, views through the camera would jump when the scene has no camera.
+    """
+    windows = [w for w in bpy.context.window_manager.windows if w.scene == scene]
+    spaces = [space for w in windows for area in w.screen.areas for space in area.spaces]
+    views = [s for s in spaces if s.type == "VIEW_3D" and not s.use_local_camera]
+    for view in views:
+        view.use_local_camera, view.camera = True, scene.camera
+    return views
 
 
 def _needs_camera() -> bool:

@@ -306,16 +306,56 @@ class ANGEN_OT_day_leave(Operator):
         return {"FINISHED"}
 
 
+# The names of the screens that were hidden when the frames of the scene changed: Blender crashes if
+# their timelines are scrolled while they are hidden.
+_behind: set[str] = set()
+# The owner of the subscription to changes of the workspace.
+_workspaces = object()
+
+
 def _scroll_timelines(context: Context) -> None:
-    for window in context.window_manager.windows:
-        for area in window.screen.areas:
-            if area.type != "DOPESHEET_EDITOR":
-                continue
-            region = next(region for region in area.regions if region.type == "WINDOW")
-            with context.temp_override(window=window, area=area, region=region):
-                bpy.ops.anim.scene_range_frame()
+    """Show the scene's frames in all timelines; in those of other workspaces once these open."""
+    windows = [w for w in context.window_manager.windows if w.scene == context.scene]
+    for window in windows:
+        _scroll_timelines_of(window)
+    shown = {window.screen.name for window in windows}
+    _behind.update({screen.name for screen in bpy.data.screens} - shown)
+    bpy.msgbus.clear_by_owner(_workspaces)
+    key = bpy.types.Window, "workspace"
+    bpy.msgbus.subscribe_rna(key=key, owner=_workspaces, args=(), notify=_on_workspace)
 
 
-register, unregister = bpy.utils.register_classes_factory(
+def _scroll_timelines_of(window: Any) -> None:
+    for area in window.screen.areas:
+        if area.type != "DOPESHEET_EDITOR":
+            continue
+        region = next(region for region in area.regions if region.type == "WINDOW")
+        with bpy.context.temp_override(window=window, area=area, region=region):
+            bpy.ops.anim.scene_range_frame()
+    _behind.discard(window.screen.name)
+
+
+def _on_workspace() -> None:
+    """Scroll the timelines of a workspace soon: its screen is shown after this notification."""
+    bpy.app.timers.register(_scroll_behind, first_interval=0.1)
+
+
+def _scroll_behind() -> None:
+    for window in bpy.context.window_manager.windows:
+        if window.screen.name in _behind:
+            _scroll_timelines_of(window)
+
+
+_register, _unregister = bpy.utils.register_classes_factory(
     (ANGEN_OT_day_read, ANGEN_OT_day_show, ANGEN_OT_day_go, ANGEN_OT_day_leave)
 )
+
+
+def register() -> None:
+    _register()
+
+
+def unregister() -> None:
+    bpy.msgbus.clear_by_owner(_workspaces)
+    _behind.clear()
+    _unregister()

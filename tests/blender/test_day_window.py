@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 import math
+from contextlib import closing
 from datetime import datetime, timedelta
 from inspect import signature
 from pathlib import Path
@@ -142,7 +143,7 @@ def test_the_homes_recording_is_kept_aside_and_not_called_stale(
     simulated(addon_part, scene)
     bpy.ops.angen.day_read()
     bpy.ops.angen.day_show(index=1)
-    aside = "Kept aside: frames 1 to 48 of the home"
+    aside = "Kept aside: frames 1 to 48"
     for _ in range(2):
         told = drawn("ANGEN_PT_simulation").labels
         assert aside in told and not any("stale" in text for text in told)
@@ -781,3 +782,43 @@ def test_a_shown_activity_is_left_before_days_are_run(running: Any) -> None:
     assert bpy.ops.angen.day_run.poll()
     running.out = ""
     assert not bpy.ops.angen.day_run.poll()
+
+
+def test_a_view_through_the_camera_stays_while_days_are_run(running: Any, addon_part: Any) -> None:
+    scene = bpy.context.scene
+    scene.camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    scene.collection.objects.link(scene.camera)
+    camera, screen = scene.camera, bpy.context.window_manager.windows[0].screen
+    spaces = [area.spaces[0] for area in screen.areas if area.type == "VIEW_3D"]
+    assert spaces
+    for space in spaces:
+        space.region_3d.view_perspective = "CAMERA"
+    with closing(begun(addon_part)) as work:
+        for step in work:
+            if step.text.startswith("day 1 of 2"):
+                break
+        assert scene.camera is None
+        for space in spaces:
+            assert space.region_3d.view_perspective == "CAMERA" and space.camera == camera
+    assert scene.camera == camera
+    for space in spaces:
+        assert space.region_3d.view_perspective == "CAMERA" and space.camera == camera
+        assert not space.use_local_camera
+
+
+def test_the_timeline_shows_the_frames_of_the_home_again(scene: Any, addon_part: Any) -> None:
+    """Timelines of other workspaces follow when these open, as hidden ones cannot be scrolled."""
+    window = bpy.context.window_manager.windows[0]
+
+    def first_frames() -> list[float]:
+        areas = [area for area in window.screen.areas if area.type == "DOPESHEET_EDITOR"]
+        views = [next(r for r in a.regions if r.type == "WINDOW").view2d for a in areas]
+        return [view.region_to_view(0, 0)[0] for view in views]
+
+    bpy.ops.angen.day_read()
+    bpy.ops.angen.day_show(index=1)
+    assert first_frames() and min(first_frames()) > 100_000
+    bpy.ops.angen.day_leave()
+    assert max(first_frames()) < 48
+    hidden = {screen.name for screen in bpy.data.screens} - {window.screen.name}
+    assert addon_part("residents.operators.day")._behind == hidden

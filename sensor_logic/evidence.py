@@ -45,13 +45,13 @@ def names_hit(
     name_of
         A function that returns the name of the solid with a number.
     """
-    if answers.solids is None:
+    if answers.hits is None:
         return np.full(len(answers.rows), "", object)
-    table = answers.solids.table
-    pairs = answers.rows * len(table) + answers.solids.rows
+    table = answers.hits.table
+    pairs = answers.rows * len(table) + answers.hits.rows
     found, where = np.unique(pairs, return_inverse=True)
     names = [
-        name_of(int(table[solids][ray[row]])) if hit[row] else ""
-        for row, solids in (divmod(pair, len(table)) for pair in found.tolist())
+        name_of(int(table[hits].met[ray[row]])) if hit[row] else ""
+        for row, hits in (divmod(pair, len(table)) for pair in found.tolist())
     ]
     return np.array(names, object)[where]

@@ -127,14 +127,15 @@ class Answers:
 
     Attributes
     ----------
-    solids
-        For a query that casts rays: the numbers of the solids that they hit, 0 for none, as an
-        array for each update. None if the scene knows no solids.
+    hits
+        For a query that casts rays: their hits at each update, with the attributes `met` (n,),
+        numbers of solids (0 for none), and `ranges` (n,), in units of the scene. None if the scene
+        knows no solids.
     """
 
     table: Sequence[Any] | Array
     rows: Index
-    solids: Answers | None = None
+    hits: Answers | None = None
 
     def __getitem__(self, i: Any) -> Any:
         return self.table[int(self.rows[i])]
@@ -176,9 +177,9 @@ class Update:
     device_noise
         A function that returns the random generator of the device. It draws the same numbers at
         each update.
-    solids
-        A function for each query that casts rays, by the query's name. It returns the numbers (n,)
-        of the solids that the rays hit, 0 for none; None if the scene knows no solids.
+    hits
+        A function for each query that casts rays, by the query's name. It returns their hits, as in
+        `Answers.hits`; None if the scene knows no solids.
     name_of
         A function that returns the name of the solid with a number; empty for no solid.
     """
@@ -189,7 +190,7 @@ class Update:
     scene: Mapping[str, Ask] = field(default_factory=dict)
     noise: Callable[[], np.random.Generator] = np.random.default_rng
     device_noise: Callable[[], np.random.Generator] = np.random.default_rng
-    solids: Mapping[str, Ask] = field(default_factory=dict)
+    hits: Mapping[str, Ask] = field(default_factory=dict)
     name_of: Callable[[int], str] = no_name
 
     def ask(self, need: str, *question: Any) -> Any:
@@ -197,8 +198,12 @@ class Update:
         return self.scene[need](*question)
 
     def solids_hit(self, need: str, *question: Any) -> Index | None:
-        """Return the numbers of the solids that the rays of a query hit, as in `Answers.solids`."""
-        return self.solids[need](*question) if need in self.solids else None
+        """Return the numbers (n,) of the solids that the rays of a query hit, 0 for none.
+
+        Return None if the scene knows no solids.
+        """
+        found = self.hits[need](*question) if need in self.hits else None
+        return None if found is None else found.met
 
 
 @dataclass(frozen=True)
@@ -273,9 +278,9 @@ class Updates:
         def one(need: str) -> Ask:
             return lambda *question: self._once(need, question)[i]
 
-        def solids(need: str) -> Ask:
-            def found(*question: Any) -> Index | None:
-                answers = self._once(need, question).solids
+        def hits(need: str) -> Ask:
+            def found(*question: Any) -> Any:
+                answers = self._once(need, question).hits
                 return None if answers is None else answers[i]
 
             return found
@@ -288,7 +293,7 @@ class Updates:
             {need: one(need) for need in self.scene},
             partial(self.noise, number),
             self.device_noise,
-            {need: solids(need) for need in self.scene},
+            {need: hits(need) for need in self.scene},
             self.name_of,
         )
 

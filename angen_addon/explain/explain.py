@@ -19,7 +19,6 @@ from ..runtime.time_base import clock_of
 from ..scene.instances import Uid
 from ..scene.sensors import Sensor, decimal, simulated
 from .facts import Explanation
-from .recorded import require_evidence
 from .replay import replaying
 
 
@@ -31,9 +30,6 @@ def explain(scene: Any, sensor: Sensor, recording: Recording, index: int) -> Exp
     `scene` must be the scene of the current context, unchanged since the run. The frame is
     restored. Raise `AngenError` if the sensor cannot be read.
     """
-    track = recording.tracks[sensor.name] if sensor.variant else recording.track_of(sensor.uid)
-    assert track is not None
-    require_evidence(track)
     with replaying(scene, sensor, recording) as replay:
         appearance = appearance_of(sensor.kind)
         found = appearance.explain(replay, index)

@@ -43,7 +43,15 @@ class RecordedSensor:
         self._schedule = Schedule(clock, decimal(sensor.settings.update_rate))
 
     def parameters_at(self, index: int) -> Any:
-        """Return the parameters that the sensor had at update `index`."""
+        """Return the parameters that the sensor had at update `index`.
+
+        Raise `AngenError` if the recording does not tell why the sensor read what it did.
+        """
+        if not self.track.has_evidence:
+            raise AngenError(
+                f"The recording of '{self.track.sensor}' does not tell why it read this, because "
+                "an earlier version made it: simulate again"
+            )
         return self.track.parameters_at(index)
 
     def evidence(self, name: str, index: int) -> Any:
@@ -96,15 +104,6 @@ class RecordedSensor:
         frame, time = self.track.frames[index], self.track.times[index]
         name = self.sensor.name
         return Explanation(name, index, frame, time, headline, tuple(facts), doubt, cause)
-
-
-def require_evidence(track: Track) -> None:
-    """Raise `AngenError` if a recording does not tell why its sensor read what it did."""
-    if not track.has_evidence:
-        raise AngenError(
-            f"The recording of '{track.sensor}' was made by an earlier version, which kept no "
-            "evidence: simulate again"
-        )
 
 
 def explain_plainly(recorded: RecordedSensor, index: int) -> Explanation:

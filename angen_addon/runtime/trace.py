@@ -340,8 +340,7 @@ class Trace:
             in_units = read.rays_in_units(origins, directions, length)
             met = probes.hits(need, *known, in_units, count)
             self._names = probes.names
-            solids = Answers([hits.met for hits in met.table], met.rows)
-            answers = replace(answers, solids=solids)
+            answers = replace(answers, hits=met)
             if self.keeps:
                 self._met = met[-1]
         if self.keeps:

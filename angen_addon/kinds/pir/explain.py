@@ -7,54 +7,29 @@ A detector has one of two models, range scan or pyroelectric. Each has its own e
 from __future__ import annotations
 
 import math
-from collections import Counter
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
+from ....sensor_logic.evidence import shares_of
 from ....sensor_logic.kind import WARMTH
 from ....sensor_logic.kinds.pir.pyroelectric import rays_of, threshold_of
-from ....sensor_logic.kinds.pir.range_scan import PirParameters, fan_directions
-from ....sensor_logic.model import Array, Emission, Pose
+from ....sensor_logic.kinds.pir.range_scan import PirParameters
+from ....sensor_logic.kinds.pir.scan_evidence import SAME
+from ....sensor_logic.model import Array, Emission
 from ....sensor_logic.parameters import label_of, specs
 from ....sensor_logic.physics import STEFAN_BOLTZMANN, radiosity, waiting
 from ....sensor_logic.wording import Lengths, capital, percent, quoted
-from ...explain.facts import Explanation, Facts, at_frame
+from ...explain.facts import Explanation, Facts
+from ...explain.recorded import RecordedSensor
 from ...explain.replay import Replay
 
 # Range scan: an update is explained by the ray whose range changed most.
 
-# m. Only noise changed a range if the range without noise changed by less than this.
-SAME = 1e-6
 NAMES_SHOWN = 4
 NOISE = "noise"
-
-
-@dataclass(frozen=True)
-class Scan:
-    """The ranges and hits of one update of a range scan.
-
-    Attributes
-    ----------
-    tilts
-        The numbers of the scanned tilts.
-    ranges
-        The ranges (tilts, rays) in m.
-    clean
-        The same ranges without noise.
-    names
-        The objects that the rays hit, tilt by tilt.
-    pose
-        The sensor's pose.
-    """
-
-    tilts: range
-    ranges: Array
-    clean: Array
-    names: list[str]
-    pose: Pose
 
 
 @dataclass(frozen=True)
@@ -104,119 +79,50 @@ class RayChange:
         return self.culprit if self.triggered and self.culprit != NOISE else ""
 
 
-def explain_range_scan(replay: Replay, index: int) -> Explanation:
-    """Explain update `index` of a range scan by the ray whose range changed most.
-
-    Raise `AngenError` if the sensor cannot be read.
-    """
-    track, sensor = replay.track, replay.sensor
-    set_up = sensor.settings.pir
-    back = 1 if set_up.sweep == "ALL" else _tilts(replay)
-    earlier = replay.index_of(replay.update_number(index) - back, index)
-    old = None if earlier is None else scan(replay, earlier)
-    new = scan(replay, index)
-    if new is None:
-        return replay.explain_off(index)
-    parameters, now, triggered, angle = new
-    if old is None or old[1].ranges.shape != now.ranges.shape or earlier is None:
+def explain_range_scan(recorded: RecordedSensor, index: int) -> Explanation:
+    """Explain update `index` of a range scan by the ray whose range changed most."""
+    parameters: PirParameters = recorded.parameters_at(index)
+    compared = recorded.evidence("compared", index)
+    if compared < 0:
         text = (
             "No motion yet: this is the first scan at its tilt, so there is no scan to compare with"
         )
-        return replay.explanation(index, text, ())
-    cause = _change(parameters, old[1], now, triggered)
-    lengths = replay.lengths
+        return recorded.explanation(index, text, ())
+    cause, lengths = _change(recorded, parameters, index), recorded.lengths
     facts = list(_facts(cause, parameters, lengths))
-    facts.insert(3, ("Compared with", at_frame(track.frames[earlier], track.times[earlier])))
-    moved = _sensor_movement(old[1].pose, now.pose, lengths)
+    earlier = recorded.index_of(compared, index)
+    if earlier is not None:
+        facts.insert(3, ("Compared with", recorded.when(earlier)))
+    moved = _sensor_movement(recorded, index)
     if moved:
         facts.append(("Sensor", moved))
-    return replay.explanation(
-        index,
-        _headline(cause, parameters, bool(track.active[index]), lengths),
-        tuple(facts),
-        _doubt(replay, index, parameters, triggered, angle),
-        cause,
-    )
+    headline = _headline(cause, parameters, bool(recorded.track.active[index]), lengths)
+    return recorded.explanation(index, headline, tuple(facts), "", cause)
 
 
-def _tilts(replay: Replay) -> int:
-    pir = replay.sensor.settings.pir
-    return PirParameters(vertical_fov=pir.vertical_fov, vertical_step=pir.vertical_step).tilt_count
-
-
-def scan(replay: Replay, index: int) -> tuple[PirParameters, Scan, bool, float] | None:
-    """Replay an update of a range scan; return None if the detector is switched off there.
-
-    Returns
-    -------
-    parameters : PirParameters
-        The parameters at the update.
-    found : Scan
-        The scan.
-    moved : bool
-        Whether the model finds movement in this scan.
-    angle : float
-        The tilt that the detector publishes, in radians.
-    """
-    pending = replay.take_update(index)
-    if pending is None:
-        return None
-    # Without hold, blocking and warm-up time the model reports whether this scan has movement.
-    bare = replace(pending.parameters, hold_time=0.0, blocking_time=0.0, warm_up_time=0.0)
-    reading = replay.runner.model.update(bare, pending.update)
-    parameters: PirParameters = pending.parameters
-    fan = fan_directions(parameters)
-    first = pending.update.number % len(fan)
-    tilts = range(len(fan)) if parameters.sweep == "ALL" else range(first, first + 1)
-    shape = len(tilts), parameters.rays
-    seen = replay.seen
-    reach = parameters.range_max - parameters.range_min
-    ahead = seen.ranges * replay.metres
-    clean = np.where(ahead >= reach, parameters.range_max, ahead + parameters.range_min)
-    ranges = clean
-    if parameters.noise_sigma > 0.0:
-        noise = pending.update.noise().normal(0.0, parameters.noise_sigma, len(clean))
-        ranges = clean + noise
-    ranges = np.clip(ranges, parameters.range_min, parameters.range_max)
-    found = Scan(
-        tilts, ranges.reshape(shape), clean.reshape(shape), seen.names, pending.update.pose
-    )
-    return parameters, found, reading.active, reading.value
-
-
-def _change(parameters: PirParameters, old: Scan, new: Scan, triggered: bool) -> RayChange:
-    """Return the ray that changed most between the scans `old` and `new` of the same tilts."""
-    changes = np.abs(new.ranges - old.ranges)
-    row, ray = (int(i) for i in np.unravel_index(int(np.argmax(changes)), changes.shape))
+def _change(recorded: RecordedSensor, parameters: PirParameters, index: int) -> RayChange:
+    """Return the ray that changed most at update `index`."""
+    tilt, ray, before, after, *names, culprit, over = (
+        recorded.evidence(name, index)
+        for name in (
+            "tilt", "ray", "before", "after", "hit_before", "hit_after", "culprit", "over",
+        )
+    )  # fmt: skip
     rays = parameters.rays
-    culprits = Counter(
-        _culprit(old, new, int(r), int(i)) for r, i in np.argwhere(changes > parameters.threshold)
-    )
     spacing = parameters.horizontal_fov / (rays - 1) if rays > 1 else 0.0
-    tilt = new.tilts[row]
     return RayChange(
         tilt,
         ray,
         -parameters.horizontal_fov / 2 + ray * spacing if rays > 1 else 0.0,
         -tilt * parameters.vertical_step,
-        float(old.ranges[row, ray]),
-        float(new.ranges[row, ray]),
-        (old.names[row * rays + ray], new.names[row * rays + ray]),
-        _culprit(old, new, row, ray),
+        before,
+        after,
+        tuple(names),
+        culprit or NOISE,
         parameters.threshold,
-        tuple(sorted(culprits.items(), key=lambda item: (-item[1], item[0]))),
-        triggered,
+        tuple((name or NOISE, int(count)) for name, count in shares_of(over)),
+        abs(after - before) > parameters.threshold,
     )
-
-
-def _culprit(old: Scan, new: Scan, row: int, ray: int) -> str:
-    """Return the object that changed the range of a ray, or "noise"."""
-    # The ray hit one object before and one after the change. The nearer of the two came or left.
-    before, after = float(old.clean[row, ray]), float(new.clean[row, ray])
-    if abs(before - after) <= SAME:
-        return NOISE
-    nearer = old if before < after else new
-    return nearer.names[row * new.ranges.shape[1] + ray]
 
 
 def _ray_text(cause: RayChange, parameters: PirParameters) -> str:
@@ -278,32 +184,13 @@ def _headline(cause: RayChange, parameters: PirParameters, active: bool, lengths
     return f"Motion{ignored}: {what}; ray {cause.ray} changed by {lengths.text(cause.change)}"
 
 
-def _sensor_movement(old: Pose, new: Pose, lengths: Lengths) -> str:
+def _sensor_movement(recorded: RecordedSensor, index: int) -> str:
     """Return a text on how the sensor itself moved between two scans; empty if it did not move."""
-    if old is new:
-        return ""
-    way = float(np.linalg.norm(new.origin - old.origin))
-    cosine = (float(np.trace(old.axes.T @ new.axes)) - 1.0) / 2.0
-    turn = math.degrees(math.acos(max(-1.0, min(1.0, cosine))))
+    way = recorded.evidence("sensor_moved", index)
+    turn = math.degrees(recorded.evidence("sensor_turned", index))
     if way <= SAME and turn <= 1e-3:
         return ""
-    return f"the sensor itself moved by {lengths.text(way)} and turned by {turn:.2f}°"
-
-
-def _doubt(
-    replay: Replay, index: int, parameters: PirParameters, triggered: bool, angle: float
-) -> str:
-    """Return why the explanation may be wrong; empty if the replay agrees with the recording."""
-    track: Any = replay.track
-    recorded = bool(track.active[index])
-    delayed = parameters.hold_time or parameters.blocking_time or parameters.warm_up_time
-    recorded_angle = float(track.columns["angle_rad"][index])
-    if abs(recorded_angle - angle) > 1e-6 or (triggered != recorded and not delayed):
-        return (
-            "the rays now hit other surfaces than in the run: something has changed since. "
-            "Simulate again"
-        )
-    return ""
+    return f"the sensor itself moved by {recorded.lengths.text(way)} and turned by {turn:.2f}°"
 
 
 # Pyroelectric detector: an update is explained by the object that changed the power most.

@@ -7,7 +7,8 @@ A recording stores such a text for each reading; *Explain* reads it.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,18 +16,16 @@ from numpy.typing import NDArray
 from .arrays import Index
 from .model import Answers
 
-Shares = tuple[tuple[str, float], ...]
 
-
-def shares_text(shares: Iterable[tuple[str, float]]) -> str:
-    """Return pairs of an object's name and its share as a text; empty for none."""
-    found = [[name, share] for name, share in shares]
+def rows_text(rows: Iterable[Sequence[Any]]) -> str:
+    """Return rows, each with an object's name and numbers, as a text; empty without rows."""
+    found = [list(row) for row in rows]
     return json.dumps(found, ensure_ascii=False, separators=(",", ":")) if found else ""
 
 
-def shares_of(text: str) -> Shares:
-    """Return the pairs that `shares_text` has written."""
-    return tuple((name, share) for name, share in json.loads(text or "[]"))
+def rows_of(text: str) -> tuple[tuple[Any, ...], ...]:
+    """Return the rows that `rows_text` has written."""
+    return tuple(map(tuple, json.loads(text or "[]")))
 
 
 def names_hit(

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ...sensor_logic.evidence import shares_of
+from ...sensor_logic.evidence import rows_of
 from ...sensor_logic.geometry.pixels import pixel_corners
 from ...sensor_logic.kinds.distance import DistanceParameters, sigma, zone_rays
 from ...sensor_logic.model import Array, Pose
@@ -58,7 +58,7 @@ def explain_distance(recorded: RecordedSensor, index: int) -> Explanation:
     zone = recorded.evidence("zone", index)
     cause = DistanceCause(
         zone if zone >= 0 else None,
-        shares_of(recorded.evidence("hits", index)),
+        rows_of(recorded.evidence("hits", index)),
         float(track.value[index]),
         sum(map(bool, track.columns["zones_m"][index].split(";"))),
     )

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..evidence import shares_text
+from ..evidence import rows_text
 from ..geometry.pixels import all_cells, pixel_directions
 from ..kind import RAYS, REFLECTANCE, Field, Kind, Preset, parts_with
 from ..model import Array, Index, Model, PerPose, Pose, Reading, Update
@@ -242,7 +242,7 @@ class DistanceSensor(Model):
         elif self._hits[0] is not solids or self._hits[1] != zone:
             met = solids.reshape(shape)[zone].tolist()
             names = Counter(name for number in met if (name := update.name_of(number)))
-            self._hits = solids, zone, shares_text(names.most_common())
+            self._hits = solids, zone, rows_text(names.most_common())
         evidence = {"zone": zone, "hits": self._hits[2]}
         return Reading(self._near, nearest, fields, evidence)
 

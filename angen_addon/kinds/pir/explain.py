@@ -8,19 +8,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from itertools import pairwise
-from typing import Any
 
 import numpy as np
 
-from ....sensor_logic.evidence import shares_of
-from ....sensor_logic.kind import WARMTH
-from ....sensor_logic.kinds.pir.pyroelectric import rays_of, threshold_of
+from ....sensor_logic.evidence import rows_of
+from ....sensor_logic.kinds.pir.pyroelectric import threshold_of
 from ....sensor_logic.kinds.pir.range_scan import PirParameters
 from ....sensor_logic.kinds.pir.scan_evidence import SAME
-from ....sensor_logic.model import Array, Emission
 from ....sensor_logic.parameters import label_of, specs
-from ....sensor_logic.physics import STEFAN_BOLTZMANN, radiosity, waiting
+from ....sensor_logic.physics import waiting
 from ....sensor_logic.wording import Lengths, capital, percent, quoted
 from ...explain.facts import Explanation, Facts
 from ...explain.recorded import RecordedSensor
@@ -120,7 +116,7 @@ def _change(recorded: RecordedSensor, parameters: PirParameters, index: int) -> 
         tuple(names),
         culprit or NOISE,
         parameters.threshold,
-        tuple((name or NOISE, int(count)) for name, count in shares_of(over)),
+        tuple((name or NOISE, int(count)) for name, count in rows_of(over)),
         abs(after - before) > parameters.threshold,
     )
 
@@ -199,7 +195,6 @@ def _sensor_movement(recorded: RecordedSensor, index: int) -> str:
 WINDOW = 0.5
 # s. This long after a movement the signal may swing over the threshold once more.
 SWING_BACK = 2.0
-MOST_UPDATES = 12
 ZERO_CELSIUS = 273.15
 THINGS_SHOWN = 4
 
@@ -213,11 +208,11 @@ class WarmObject:
     name
         The name of the object.
     change
-        The sum of the absolute changes of power, over all replayed updates, in W per m² of lenslet.
+        The sum of the absolute changes of power from update to update, in W per m² of lenslet.
     temperature
         The mean temperature of its surface in K.
     rays
-        The number of rays that hit the object at the explained update.
+        The number of rays that hit the object after its last change.
     """
 
     name: str
@@ -253,124 +248,42 @@ class WarmCause:
         return self.things[0].name if self.things and abs(self.signal) > 1.0 else ""
 
 
-@dataclass(frozen=True)
-class _WarmUpdate:
-    """The warmth that a pyroelectric detector's n rays hit at one update. Arrays have shape (n,).
-
-    Attributes
-    ----------
-    power
-        The radiant power on the elements, minus the power that would reach them if every surface
-        had the temperature `ambient`. The unit is W per m² of lenslet.
-    temperature
-        The temperature of the surface that the ray hits, in K.
-    ranges
-        The ranges in Blender units.
-    names
-        The names of the objects that the rays hit.
-    ambient
-        The temperature of the surroundings in K.
-    """
-
-    power: Array
-    temperature: Array
-    ranges: Array
-    names: list[str]
-    ambient: float
-
-
-def explain_pyroelectric(replay: Replay, index: int) -> Explanation:
-    """Explain update `index` by the object that changed the radiation on the elements most.
-
-    Raise `AngenError` if the sensor cannot be read.
-    """
-    track = replay.track
-    signal = float(track.columns["signal"][index])
-    updates = _replay_window(replay, index, WINDOW)
-    if abs(signal) > 1.0 and updates and not _warm_objects([update for _, update in updates]):
+def explain_pyroelectric(recorded: RecordedSensor, index: int) -> Explanation:
+    """Explain update `index` by the object that changed the radiation on the elements most."""
+    parameters: PirParameters = recorded.parameters_at(index)
+    signal = recorded.track.columns["signal"][index]
+    things = _warm_objects(recorded, index, WINDOW)
+    if abs(signal) > 1.0 and not things:
         # After a movement the amplifier swings back, so the cause may be further in the past.
-        updates = _replay_window(replay, index, SWING_BACK)
-    if not updates:
-        return replay.explain_off(index)
-    parameters, now = updates[-1]
-    things = _warm_objects([update for _, update in updates])
-    cause = WarmCause(things, signal, threshold_of(parameters), now.ambient)
+        things = _warm_objects(recorded, index, SWING_BACK)
+    ambient = recorded.evidence("ambient", index)
+    cause = WarmCause(things, signal, threshold_of(parameters), ambient)
     facts = [
         ("Signal", f"{percent(signal)} of the threshold"),
-        ("Ambient", f"{now.ambient - ZERO_CELSIUS:.1f} °C"),
+        ("Ambient", f"{ambient - ZERO_CELSIUS:.1f} °C"),
     ]
     facts += [(thing.name, _warm_object_text(thing)) for thing in things[:THINGS_SHOWN]]
-    headline = _warm_headline(cause, bool(track.active[index]))
-    return replay.explanation(index, headline, tuple(facts), "", cause)
+    headline = _warm_headline(cause, bool(recorded.track.active[index]))
+    return recorded.explanation(index, headline, tuple(facts), "", cause)
 
 
-def _replay_window(
-    replay: Replay, index: int, window: float
-) -> list[tuple[PirParameters, _WarmUpdate]]:
-    """Replay about MOST_UPDATES updates, evenly from the last `window` seconds up to `index`.
+def _warm_objects(recorded: RecordedSensor, index: int, window: float) -> tuple[WarmObject, ...]:
+    """Return the objects that changed the power in the `window` (s) up to update `index`.
 
-    If the detector was switched off meanwhile, return only the updates since then.
+    The object with the greatest change is first.
     """
-    times = replay.track.times
-    first = index
-    while first > 0 and times[index] - times[first - 1] <= window + 1e-9:
-        first -= 1
-    stride = max(1, math.ceil((index - first) / MOST_UPDATES))
-    updates: list[tuple[PirParameters, _WarmUpdate]] = []
-    for at in sorted({*range(index, first - 1, -stride)}):
-        found = _replay_update(replay, at)
-        if found is None:
-            updates.clear()
-        else:
-            updates.append(found)
-    return updates
-
-
-def _replay_update(replay: Replay, index: int) -> tuple[PirParameters, _WarmUpdate] | None:
-    """Replay update `index`; return the parameters and the hits, or None if the detector is off."""
-    pending = replay.take_update(index)
-    if pending is None:
-        return None
-    parameters: PirParameters = pending.parameters
-    update = pending.update
-    emissions: list[Emission] = []
-
-    def warmth(*query: Any) -> Emission:
-        emissions.append(update.ask(WARMTH, *query))
-        return emissions[-1]
-
-    replay.runner.model.update(parameters, replace(update, scene={WARMTH: warmth}))
-    emission, seen = emissions[-1], replay.seen
-    weights = rays_of(parameters).weights
-    surroundings = STEFAN_BOLTZMANN * emission.ambient**4
-    power = weights * (radiosity(emission) - surroundings) / math.pi
-    warm = _WarmUpdate(power, emission.temperature, seen.ranges, seen.names, emission.ambient)
-    return parameters, warm
-
-
-def _warm_objects(updates: list[_WarmUpdate]) -> tuple[WarmObject, ...]:
-    """Return the objects that changed the power between updates, the greatest change first."""
-    changes: dict[str, float] = {}
-    temperatures: dict[str, list[float]] = {}
-    for old, new in pairwise(updates):
-        step: dict[str, float] = {}
-        if len(old.power) != len(new.power):
-            continue
-        delta = new.power - old.power
-        for ray in np.flatnonzero(np.abs(delta) > 0.0).tolist():
-            # The nearer of the two objects is the one that came or left.
-            nearer = old if old.ranges[ray] < new.ranges[ray] else new
-            name = nearer.names[ray]
-            step[name] = step.get(name, 0.0) + float(delta[ray])
-            temperatures.setdefault(name, []).append(float(nearer.temperature[ray]))
-        for name, change in step.items():
-            changes[name] = changes.get(name, 0.0) + abs(change)
-    found = [
-        WarmObject(name, change, float(np.mean(temperatures[name])), updates[-1].names.count(name))
-        for name, change in sorted(changes.items())
-        if name and change > 0.0
-    ]
-    return tuple(sorted(found, key=lambda thing: -thing.change))
+    times, at = recorded.track.times, index
+    found: dict[str, WarmObject] = {}
+    warmth: dict[str, tuple[float, int]] = {}
+    while at > 0 and times[index] - times[at - 1] <= window + 1e-9:
+        for name, change, temperatures, count, rays in rows_of(recorded.evidence("warm", at)):
+            total, of = warmth.get(name, (0.0, 0))
+            warmth[name] = total, of = total + temperatures, of + count
+            known = found.get(name, WarmObject(name, 0.0, 0.0, rays))
+            found[name] = replace(known, change=known.change + abs(change), temperature=total / of)
+        at -= 1
+    things = (thing for _, thing in sorted(found.items()) if thing.change > 0.0)
+    return tuple(sorted(things, key=lambda thing: -thing.change))
 
 
 def _warm_object_text(thing: WarmObject) -> str:
@@ -397,13 +310,10 @@ def _warm_headline(cause: WarmCause, active: bool) -> str:
 UNCHANGED = 1e-6
 
 
-def explain_motion(replay: Replay, index: int) -> Explanation:
-    """Explain update `index` of a motion detector of either model.
-
-    Raise `AngenError` if the sensor cannot be read.
-    """
-    pyroelectric = replay.sensor.parameters.model == "PYROELECTRIC"
-    return (explain_pyroelectric if pyroelectric else explain_range_scan)(replay, index)
+def explain_motion(recorded: RecordedSensor, index: int) -> Explanation:
+    """Explain update `index` of a motion detector of either model."""
+    pyroelectric = recorded.parameters_at(index).model == "PYROELECTRIC"
+    return (explain_pyroelectric if pyroelectric else explain_range_scan)(recorded, index)
 
 
 def lacking(replay: Replay, index: int, found: Explanation) -> Explanation:

@@ -22,8 +22,9 @@ from .presets import PRESETS
 from .pyroelectric import PyroelectricDetector
 from .range_scan import PYRO, SCAN, PirParameters, RangeScan
 from .scan_evidence import FIELDS as SCAN_FIELDS
+from .warm_evidence import FIELDS as WARM_FIELDS
 
-EVIDENCE = SCAN_FIELDS
+EVIDENCE = (*SCAN_FIELDS, *WARM_FIELDS)
 
 
 class MotionDetector(Model):

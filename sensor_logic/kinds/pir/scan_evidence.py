@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ...arrays import Array, Index
-from ...evidence import shares_text
+from ...evidence import rows_text
 from ...kind import Field
 from ...model import Pose, Updates
 
@@ -91,7 +91,7 @@ def tell(
         "hit_before": names[0],
         "hit_after": names[1],
         "culprit": name_of(_culprit(old, new, row, ray)),
-        "over": shares_text(sorted(culprits.items(), key=lambda item: (-item[1], item[0]))),
+        "over": rows_text(sorted(culprits.items(), key=lambda item: (-item[1], item[0]))),
         "sensor_moved": moved,
         "sensor_turned": turned,
     }
@@ -146,9 +146,10 @@ def stacked(scans: Sequence[Scan | None], new: Scan | None = None) -> Scan | Non
     A missing scan, or one with another number of rays, is replaced by that tilt of the scan `new`.
     """
     rays = None if new is None else new.ranges.shape[1]
-    known = [s for s in scans if s is not None and rays in (None, s.ranges.shape[1])]
+    scans = [s if s and rays in (None, s.ranges.shape[1]) else None for s in scans]
+    known = [s for s in scans if s is not None]
     if not known:
         return None
-    parts = [s if s in known else new.of_tilt(i) for i, s in enumerate(scans)]
+    parts = [s or new.of_tilt(i) for i, s in enumerate(scans)] if new else known
     arrays = (np.concatenate([getattr(p, name) for p in parts]) for name in ARRAYS)
     return Scan(known[0].number, known[0].pose, *arrays)

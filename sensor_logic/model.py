@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any, Generic, TypeVar
 
@@ -52,11 +52,15 @@ class Emission:
         The emissivity (n,) of that surface.
     ambient
         The ambient temperature in K.
+    left
+        The part (n,) of the temperatures in K that people have left in seats and beds; None without
+        any.
     """
 
     temperature: Array
     emissivity: Array
     ambient: float
+    left: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -261,6 +265,26 @@ class Updates:
     def __len__(self) -> int:
         return len(self.numbers)
 
+    def part(self, first: int, last: int) -> Updates:
+        """Return the updates from index `first` to before `last`."""
+        if (first, last) == (0, len(self)):
+            return self
+        some = np.arange(first, last)
+
+        def asked(ask: Ask) -> Ask:
+            return lambda *question, which=None: ask(
+                *question, which=some if which is None else some[which]
+            )
+
+        return replace(
+            self,
+            numbers=self.numbers[some],
+            times=self.times[some],
+            due=self.due[some],
+            scene={need: asked(ask) for need, ask in self.scene.items()},
+            _answered={},
+        )
+
     def ask(self, need: str, *question: Any, which: Index | None = None) -> Answers:
         """Return the scene's answers to the query `need`, with the arguments `question`.
 
@@ -368,6 +392,27 @@ def _plain(column: Any, i: int) -> Any:
     """Return value i of a column as a Python object, not as a numpy scalar."""
     value = None if column is None else column[i]
     return value.item() if isinstance(value, np.generic) else value
+
+
+def joined_readings(parts: Sequence[Readings]) -> Readings:
+    """Return the readings of successive groups of updates as one `Readings`."""
+    if len(parts) == 1:
+        return parts[0]
+
+    def column(name: str, of: str) -> Any:
+        values = [getattr(part, of)[name] for part in parts]
+        if values[0] is None:
+            return None
+        return [one for part in values for one in part]
+
+    first = parts[0]
+    return Readings(
+        np.concatenate([part.active for part in parts]),
+        np.concatenate([part.value for part in parts]),
+        {name: column(name, "fields") for name in first.fields},
+        None if first.times is None else np.concatenate([part.times for part in parts]),
+        {name: column(name, "evidence") for name in first.evidence},
+    )
 
 
 class PerPose(Generic[P, T]):

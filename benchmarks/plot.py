@@ -12,7 +12,7 @@ import matplotlib
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 
-from sensor_logic.report.svg import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, YELLOW
+from sensor_logic.palette import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, YELLOW
 
 WIDTH = 8.6
 COLOURS = (BLUE, SKY, GREEN, PURPLE, ORANGE, YELLOW, BLACK)

@@ -10,6 +10,7 @@ from bpy.props import EnumProperty, StringProperty
 from bpy.types import Context, Menu, Operator
 
 from ..angen_addon.authoring.presets import find_preset, new_sensor
+from ..angen_addon.authoring.rooms import fill_room
 from ..sensor_logic.error import AngenError
 from ..sensor_logic.kind import Preset
 from ..sensor_logic.kinds import KINDS
@@ -63,6 +64,7 @@ class ANGEN_OT_sensor_add(Operator):
             return cancelled(self, error)
         sensor = new_sensor(context, self.kind, preset)
         sensor.matrix_world = context.scene.cursor.matrix
+        fill_room(context.evaluated_depsgraph_get(), sensor, context.scene.cursor.location)
         part = f" ({preset.label})" if preset is not None else ""
         self.report({"INFO"}, f"Added '{sensor.name}'{part} at the 3D cursor")
         return {"FINISHED"}

@@ -10,6 +10,7 @@ from bpy.props import EnumProperty
 from bpy.types import Context, Menu, Operator
 
 from ..angen_addon.advice.sensing import without_surface
+from ..angen_addon.authoring.rooms import fill_room
 from ..angen_addon.scene.instances import stands_for
 from ..sensor_logic.kind import FORCES
 from ..sensor_logic.kinds import KINDS, NO_KIND
@@ -39,6 +40,7 @@ class ANGEN_OT_sensor_assign(Operator):
     def execute(self, context: Context) -> set[str]:
         obj, kind = context.object, KINDS[self.kind]
         obj.angen_sensor.kind = self.kind
+        fill_room(context.evaluated_depsgraph_get(), obj)
         problem = without_surface(obj) if kind.requires(FORCES) else None
         if problem:
             self.report({"WARNING"}, f"'{obj.name}': {uncapitalized(problem.text)}")

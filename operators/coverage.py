@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from collections.abc import Generator
-from pathlib import Path
 from typing import Any
 
 import bpy
@@ -18,6 +17,7 @@ from ..angen_addon.coverage.maps import MAPPED, cover
 from ..angen_addon.coverage.settings import motion_of, room_names
 from ..angen_addon.output.output_files import write
 from ..angen_addon.progress import Doing
+from ..angen_addon.relative_path import ChosenFile
 from ..angen_addon.scene.sensors import all_sensors, decimal
 from ..sensor_logic.coverage.grid import CoverageMap, map_csv
 from ..sensor_logic.error import AngenError
@@ -60,8 +60,8 @@ class ANGEN_OT_coverage(LongWork, Operator):
     bl_idname = "angen.coverage"
     bl_label = "Map Coverage"
     bl_description = (
-        "Map where the motion detectors notice a step, an arm or a cat, as the scene is now: "
-        "walls, furniture and doors hide the floor behind them. Esc cancels"
+        "Map where the detectors notice the chosen motion, as the scene is now: walls, furniture "
+        "and doors hide the floor behind them. Esc cancels"
     )
     bl_options = {"REGISTER", "UNDO"}
 
@@ -103,7 +103,7 @@ class ANGEN_OT_coverage_clear(Operator):
         return {"FINISHED"}
 
 
-class ANGEN_OT_export_coverage(Operator, ExportHelper):
+class ANGEN_OT_export_coverage(Operator, ChosenFile, ExportHelper):
     bl_idname = "angen.export_coverage"
     bl_label = "Export Coverage"
     bl_description = "Map the coverage again and write it: .svg for a picture, .csv for the cells"
@@ -115,7 +115,7 @@ class ANGEN_OT_export_coverage(Operator, ExportHelper):
     poll = classmethod(has_detector)
 
     def execute(self, context: Context) -> set[str]:
-        path = Path(bpy.path.abspath(self.filepath))
+        path = self.path
         try:
             if path.suffix.lower() not in {".svg", ".csv"}:
                 raise AngenError(f"Export: {path.name} must end in .svg or .csv")

@@ -17,11 +17,12 @@ from mathutils import Matrix, Vector
 from ..angen_addon.authoring.housing import Housing, mesh_of, parent_keeping
 from ..angen_addon.authoring.of_kind import place_on
 from ..angen_addon.authoring.presets import new_sensor
+from ..angen_addon.authoring.rooms import fill_room
+from ..angen_addon.authoring.surfaces import SurfacePoint, belongs_to, first_surface
 from ..angen_addon.kinds.optical_switch import fork
 from ..angen_addon.scene.door_motion import MOTIONS, Leaf, leaves_of
 from ..angen_addon.scene.sensors import unit_scale
 from ..sensor_logic.error import AngenError
-from .place import SurfacePoint, belongs_to, first_surface
 from .polls import can_add, cancelled, needs
 
 KIND = "OPTICAL_SWITCH"
@@ -37,6 +38,8 @@ ARM_BELOW = 0.05
 # m: the search starts this far in front of the leaf, and ends this far behind its face.
 BEFORE, BEHIND = 0.3, 0.3
 
+# Hz. At 1 Hz, the default, a door reads shut for up to a second after it has opened.
+RATE = 10.0
 GUESS = (
     ". Nothing shows where its hinge is: it is assumed at the {}, seen from the switch. To change "
     "that, choose another Motion in Adjust Last Operation (F9)"
@@ -78,9 +81,13 @@ class ANGEN_OT_door_fit(Operator):
         flag = _new_flag(context, leaf_object, leaf, matrix, scale)
         sensor = new_sensor(context, KIND, None, f"Switch {_short_name(leaf_object)}")
         sensor["door"] = leaf_object.name
+        sensor.angen_sensor.update_rate = RATE
         if not (frame.whole and parent_keeping(sensor, frame.object, matrix)):
             sensor.matrix_world = matrix
         context.view_layer.update()
+        # The room on this side of the door, not below its frame.
+        before = matrix.translation + leaf.out * (BEFORE / scale)
+        fill_room(context.evaluated_depsgraph_get(), sensor, before)
         problem = _why_not_working(context, sensor, flag, leaf_object, scale)
         if problem:
             self.report({"WARNING"}, f"'{sensor.name}': {problem}")

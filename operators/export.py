@@ -11,13 +11,14 @@ from bpy.types import Context, Event, Operator
 from bpy_extras.io_utils import ExportHelper
 
 from ..angen_addon.output.output_files import write
+from ..angen_addon.relative_path import RELATIVE_PATH, ChosenFile
 from ..sensor_logic.error import AngenError
 from ..sensor_logic.files import check_folder, file_names
 from ..sensor_logic.log import events_csv, samples_csv
 from .export_options import ExportOptions
 
 
-class ANGEN_OT_export_events(ExportOptions, Operator, ExportHelper):
+class ANGEN_OT_export_events(ExportOptions, Operator, ChosenFile, ExportHelper):
     bl_idname = "angen.export_events"
     bl_label = "Export Events"
     bl_description = "Write the event log as CSV: a row for each change of a reading"
@@ -26,7 +27,7 @@ class ANGEN_OT_export_events(ExportOptions, Operator, ExportHelper):
     filter_glob: StringProperty(default="*.csv", options={"HIDDEN"})
 
     def export(self, context: Context) -> str:
-        path = Path(bpy.path.abspath(self.filepath))
+        path = self.path
         _, recording, start = self.chosen(context)
         check_folder(path.parent, "Export")
         write({path: self.shown(events_csv(recording, start))})
@@ -39,7 +40,7 @@ class ANGEN_OT_export_samples(ExportOptions, Operator):
     bl_description = "Write all updates, one CSV file for each sensor, into a new folder"
 
     drawn = ("folder", *ExportOptions.drawn)
-    directory: StringProperty(name="Folder", subtype="DIR_PATH")
+    directory: StringProperty(name="Folder", subtype="DIR_PATH", options=RELATIVE_PATH)
     folder: StringProperty(
         name="New Folder",
         description="Name of a new folder in the chosen one, with a number if the name exists. "

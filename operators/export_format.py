@@ -6,26 +6,33 @@ from __future__ import annotations
 from pathlib import Path
 
 import bpy
-from bpy.props import EnumProperty, StringProperty
+from bpy.props import EnumProperty
 from bpy.types import Context, Event, Operator
 
 from ..angen_addon.output.output_files import Exports, Outputs
 from ..angen_addon.output.run_log import log_of_run
+from ..angen_addon.relative_path import ChosenFile
+from ..angen_addon.view.panel_parts import draw_lines
 from ..sensor_logic.formats import FORMATS
 from .export_options import ExportOptions
 
 ITEMS = [(f.name, f.name, f.tip) for f in FORMATS.values() if f.name != "events"]
 
 
-class ANGEN_OT_export_format(ExportOptions, Operator):
+HOME_ASSISTANT = (
+    "To have these sensors in Home Assistant: the command angen replay sends a log to its broker "
+    "(page Home Assistant of the docs)"
+)
+
+
+class ANGEN_OT_export_format(ExportOptions, Operator, ChosenFile):
     bl_idname = "angen.export_format"
     bl_label = "Export for Other Tools"
     bl_description = (
-        "Write the recorded events in the format of another tool: CASAS, ROS 2, pyadlml …"
+        "Write the recorded events in the format of another tool: CASAS, Home Assistant, ROS 2 …"
     )
 
     drawn = ("format", "selected_only")
-    filepath: StringProperty(subtype="FILE_PATH")
     format: EnumProperty(name="Format", items=ITEMS)
 
     def invoke(self, context: Context, event: Event) -> set[str]:
@@ -34,12 +41,17 @@ class ANGEN_OT_export_format(ExportOptions, Operator):
         context.window_manager.fileselect_add(self)
         return {"RUNNING_MODAL"}
 
+    def draw(self, context: Context) -> None:
+        super().draw(context)
+        if self.format.startswith("home-assistant"):
+            draw_lines(self.layout, HOME_ASSISTANT, "INFO")
+
     def needing(self) -> str:
         return str(self.format)
 
     def export(self, context: Context) -> str:
         sensors, recording, start = self.chosen(context)
-        path = Path(bpy.path.abspath(self.filepath))
+        path = self.path
         if not path.suffix:
             path = path.with_suffix(FORMATS[self.format].extension)
         exports = Exports([self.format], [path])

@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any
 
 import bpy
 import gpu
@@ -22,6 +21,8 @@ from mathutils import Matrix, Vector
 from ..angen_addon.authoring.housing import Housing, parent_keeping
 from ..angen_addon.authoring.of_kind import housing_of, place_on
 from ..angen_addon.authoring.presets import new_sensor
+from ..angen_addon.authoring.rooms import fill_room
+from ..angen_addon.authoring.surfaces import UP, SurfacePoint, first_surface, floor_below
 from ..angen_addon.scene.lengths import lengths_of
 from ..angen_addon.scene.sensors import unit_scale
 from ..sensor_logic.error import AngenError
@@ -98,125 +99,13 @@ def remove_all() -> None:
         _remove(handle)
 
 
-# The greatest number of objects that a ray goes through.
-PASSED = 64
-# Behind an object the ray starts again, farther on by this fraction of the distance so far.
-STEP = 1e-6
-
-
-class SurfacePoint(NamedTuple):
-    """The point where a ray hits a surface.
-
-    Attributes
-    ----------
-    point, normal
-        The point, and the surface's normal there, towards the start of the ray.
-    object
-        The object that has the surface.
-    whole
-        True if the ray hit the object itself, False if it hit an instance of the object.
-    """
-
-    point: Vector
-    normal: Vector
-    object: Any
-    whole: bool
-
-    @property
-    def axes(self) -> list[Vector]:
-        """The Y and X axes of the object, to which a housing is aligned."""
-        matrix = self.object.matrix_world
-        return [matrix.col[1].xyz, matrix.col[0].xyz]
-
-
-def first_surface(
-    scene: Any,
-    depsgraph: Any,
-    origin: Vector,
-    direction: Vector,
-    length: float = 1e6,
-    passes: Callable[[Any], bool] | None = None,
-    culled: bool = False,
-) -> SurfacePoint | None:
-    """Return the first surface that a ray hits within `length` Blender units, or None.
-
-    The ray passes through objects that sensors ignore, and through objects for which `passes`
-    returns True. If `culled` is True, it also passes through faces whose normal points along the
-    ray.
-    """
-    direction = direction.normalized()
-    start, left = origin.copy(), length
-    for _ in range(PASSED):
-        if left <= 0.0:
-            return None
-        hit, point, normal, _, obj, matrix = scene.ray_cast(
-            depsgraph, start, direction, distance=left
-        )
-        if not hit:
-            return None
-        original = obj.original
-        back = normal.dot(direction) > 0.0
-        if not (original.angen_ignored or (passes and passes(original)) or (culled and back)):
-            whole = all(
-                (a - b).length < 1e-6 for a, b in zip(matrix, obj.matrix_world, strict=True)
-            )
-            return SurfacePoint(point, (-normal if back else normal).normalized(), original, whole)
-        gone = (point - start).length + max(STEP, STEP * point.length)
-        start, left = start + direction * gone, left - gone
-    return None
-
-
-def belongs_to(obj: Any, owner: Any) -> bool:
-    """Return whether an object is `owner` or one of its descendants."""
-    while obj is not None:
-        if obj == owner:
-            return True
-        obj = obj.parent
-    return False
-
-
-UP = Vector((0.0, 0.0, 1.0))
 # A surface counts as level if the sine of its slope is smaller.
 MIN_RISE = 0.5
-# A surface counts as a floor if the z component of its normal is larger.
-FLOOR_NORMAL_Z = 0.5
-# m: a ledge reaches less far from the wall, such as a picture or a skirting board.
-LEDGE = 0.1
 # A typed length: numbers, each with or without a unit.
 LENGTH = re.compile(r"-?((\d+\.?\d*|\.\d+)(mm|cm|m|ft|in|'|\")?)+")
 NUMBER = re.compile(r"-?(\d+\.?\d*|\.\d+)")
 TYPED = set("0123456789.-mcftin'\"")
 ENDS = {"RET", "NUMPAD_ENTER"}
-
-
-def floor_below(scene: Any, depsgraph: Any, place: Vector, on: SurfacePoint) -> SurfacePoint | None:
-    """Return the floor below the point `place` of the surface `on`, or None.
-
-    Steep surfaces do not count. If `on` is not steep, its own object does not count. A ledge, such
-    as the top of a picture frame, counts only if nothing else is below.
-    """
-    carrier = on.object if on.normal.z > FLOOR_NORMAL_Z else None
-    scale = unit_scale(scene)
-    off = UP * (1e-3 / scale)
-    level = Vector((on.normal.x, on.normal.y, 0.0))
-    beside = level.normalized() * (LEDGE / scale)
-    ledge = None
-    start = place
-
-    def down(origin: Vector) -> SurfacePoint | None:
-        return first_surface(scene, depsgraph, origin, -UP, passes=lambda o: o == carrier)
-
-    for _ in range(PASSED):
-        hit = down(start - off)
-        if hit is None:
-            break
-        if hit.normal.z > FLOOR_NORMAL_Z:
-            other = down(hit.point + off + beside)
-            if other is not None and hit.point.z - other.point.z < 2 * off.z:
-                return hit
-            ledge = ledge or hit
-        start = hit.point
-    return ledge
 
 
 def height_text(scene: Any, place: Vector, floor: SurfacePoint | None) -> str:
@@ -337,6 +226,7 @@ class ANGEN_OT_sensor_place(Operator):
         followed = bool(self.follow and surface) and parent_keeping(sensor, surface, matrix)
         if not followed:
             sensor.matrix_world = matrix
+        fill_room(context.evaluated_depsgraph_get(), sensor, matrix.translation)
         if self.follow and not followed:
             self.report(
                 {"WARNING"},

@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import bpy
 from bpy.props import StringProperty
 from bpy.types import Context, Operator
@@ -12,11 +10,12 @@ from bpy_extras.io_utils import ExportHelper
 
 from ..angen_addon.output.output_files import write
 from ..angen_addon.output.report import check_name, report_text
+from ..angen_addon.relative_path import ChosenFile
 from ..sensor_logic.files import check_folder
 from .export_options import ExportOptions
 
 
-class ANGEN_OT_export_report(ExportOptions, Operator, ExportHelper):
+class ANGEN_OT_export_report(ExportOptions, Operator, ChosenFile, ExportHelper):
     bl_idname = "angen.export_report"
     bl_label = "Export Report"
     bl_description = (
@@ -31,7 +30,7 @@ class ANGEN_OT_export_report(ExportOptions, Operator, ExportHelper):
     filter_glob: StringProperty(default="*.html;*.svg", options={"HIDDEN"})
 
     def export(self, context: Context) -> str:
-        path = Path(bpy.path.abspath(self.filepath))
+        path = self.path
         check_name(path, "Export")
         check_folder(path.parent, "Export")
         sensors, recording, start = self.chosen(context)
@@ -49,7 +48,7 @@ class ANGEN_MT_export(bpy.types.Menu):
         layout.operator("angen.export_report", text="Report (.html, .svg)")
         layout.operator("angen.export_events", text="Events (.csv)")
         layout.operator("angen.export_samples", text="Samples (.csv)")
-        layout.operator("angen.export_format", text="For Other Tools (CASAS, ROS 2 …)")
+        layout.operator("angen.export_format", text="For Other Tools (CASAS, Home Assistant …)")
 
 
 def draw_menu(self: bpy.types.Menu, context: Context) -> None:

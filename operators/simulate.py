@@ -104,7 +104,7 @@ def plan_run(
 
 class ANGEN_OT_simulate(LongWork, Operator):
     bl_idname = "angen.simulate"
-    bl_label = "Simulate Sensors"
+    bl_label = "Simulate"
     # REGISTER is left out: Blender would rerun the operator without progress.
     bl_options = {"UNDO"}
     esc = "keeps what is done"
@@ -203,7 +203,7 @@ class ANGEN_OT_simulate(LongWork, Operator):
         if self.without_light:
             sensors = [s for s in sensors if not s.kind.requires(LIGHT)]
             if not sensors:
-                raise AngenError("There are only light sensors: press Simulate Sensors instead")
+                raise AngenError("There are only light sensors: press Simulate instead")
         kept = state.CACHE.kept(scene)
         if kept is not None:
             kept.verify(scene, context.evaluated_depsgraph_get())

@@ -24,6 +24,7 @@ from bpy.props import (
 from bpy.types import Context, Operator, PropertyGroup
 from bpy_extras.io_utils import ExportHelper
 
+from ..angen_addon.relative_path import RELATIVE_PATH, ChosenFile
 from ..angen_addon.scene.sensors import Sensor, all_sensors
 from ..angen_addon.view.active import active_sensor
 from ..parts import EXTRAS, install_command
@@ -71,7 +72,7 @@ class AngenStudy(PropertyGroup):
         min=1,
     )
     file: StringProperty(
-        name="Study", subtype="FILE_PATH",
+        name="Study", subtype="FILE_PATH", options=RELATIVE_PATH,
         description="Study file; its report is in the folder of the same name beside it",
     )  # fmt: skip
 
@@ -163,7 +164,7 @@ class ANGEN_OT_study_leave(Operator):
         return {"FINISHED"}
 
 
-class ANGEN_OT_study_write(Operator, ExportHelper):
+class ANGEN_OT_study_write(Operator, ChosenFile, ExportHelper):
     bl_idname = "angen.study_write"
     bl_label = "Write Study"
     bl_description = (
@@ -182,7 +183,7 @@ class ANGEN_OT_study_write(Operator, ExportHelper):
 
     def execute(self, context: Context) -> set[str]:
         wanted = context.window_manager.angen_study
-        path = Path(self.filepath)
+        path = self.path
         varied = [vary_of(row) for row in wanted.varied]
         for row in wanted.varied:
             if not row.choices and row.last <= row.first:

@@ -13,7 +13,7 @@ from ..angen_addon.view.panel_parts import ClosedSidebar, draw_lines, draw_progr
 from ..operators.propose import active_detector
 from ..sensor_logic.wording import plural
 
-ROOMS_SHOWN = 12
+ROOMS_SHOWN, NAMES_SHOWN = 12, 3
 
 
 class ANGEN_PT_coverage(ClosedSidebar, Panel):
@@ -74,8 +74,12 @@ def _draw_rooms(layout: UILayout, figures: dict, scene: Any, is_fresh: bool) -> 
     frame = figures.get("frame", scene.frame_current)
     at = f", frame {frame}" if frame != scene.frame_current else ""
     box.label(text=f"{figures['motion']}, {plural(figures['sensors'], 'detector')}{at}")
+    for name in figures.get("names", [])[:NAMES_SHOWN]:
+        box.label(text=name, translate=False)
+    if figures["sensors"] > NAMES_SHOWN:
+        box.label(text=f"and {figures['sensors'] - NAMES_SHOWN} more")
     if shown.is_of_proposal(scene):
-        box.label(text="Only the proposed places are counted", icon="INFO")
+        box.label(text="Only proposed places count", icon="INFO")
     box.active = is_fresh
     rooms = figures["rooms"]
     if len(rooms) > ROOMS_SHOWN:
@@ -88,6 +92,18 @@ def _draw_rooms(layout: UILayout, figures: dict, scene: Any, is_fresh: bool) -> 
         part = row.split(factor=0.5)
         part.label(text=covered)
         part.label(text=dead)
+    _draw_legend(layout)
+
+
+def _draw_legend(layout: UILayout) -> None:
+    """Draw the colours of the map with their meaning."""
+    column = layout.column(align=True)
+    column.use_property_split = False
+    column.use_property_decorate = False
+    for material, label in shown.legend():
+        row = column.split(factor=0.15)
+        row.prop(material, "diffuse_color", text="")
+        row.label(text=label)
 
 
 register, unregister = bpy.utils.register_classes_factory(

@@ -24,6 +24,7 @@ from ..angen_addon.view.panel_parts import (
     draw_lines,
     draw_row,
 )
+from ..angen_addon.view.timeline.draw import MODE, why_no_rows
 from ..angen_addon.view.timeline.layout import HISTORIES, HistoryRow
 from ..operators.markers import event_name
 from ..operators.recording import why_not_fresh
@@ -135,11 +136,14 @@ class ANGEN_PT_timeline(Panel):
 
 
 def draw_in_timeline_header(self: Any, context: Context) -> None:
-    if context.space_data.mode not in {"TIMELINE", "DOPESHEET"}:
+    if context.space_data.mode != MODE:
         return
     row = self.layout.row(align=True)
     row.prop(context.scene.angen_timeline, "show", text="", icon="SEQ_HISTOGRAM")
     row.popover(ANGEN_PT_timeline.__name__, text="Sensors")
+    why = why_no_rows(context)
+    if why:
+        self.layout.label(text=why, icon="INFO")
 
 
 CLASSES = (ANGEN_PT_events, ANGEN_PT_timeline)

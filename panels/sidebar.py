@@ -47,7 +47,7 @@ class ANGEN_PT_simulation(Sidebar, Panel):
         row.operator("angen.export_events", text="Events", icon="EXPORT")
         row.operator("angen.export_samples", text="Samples", icon="EXPORT")
         row.operator("angen.export_report", text="Report", icon="EXPORT")
-        layout.operator("angen.export_format", text="For Other Tools: CASAS …", icon="EXPORT")
+        layout.operator("angen.export_format", text="Other Tools: Home Assistant …", icon="EXPORT")
         row = layout.row(align=True)
         row.operator("angen.bake_keyframes", text="Bake", icon="KEYFRAME_HLT")
         row.operator("angen.unbake_keyframes", icon="KEYFRAME")

@@ -16,7 +16,7 @@ from bpy.types import Context, Panel, PropertyGroup, UIList, WindowManager
 from ..angen_addon.runtime import state
 from ..angen_addon.scene.instances import stands_for
 from ..angen_addon.scene.sensors import Sensor
-from ..angen_addon.view.panel_parts import Sidebar
+from ..angen_addon.view.panel_parts import USUAL_WIDTH, Sidebar
 from ..angen_addon.view.readings import (
     ACTIVE,
     BAKED,
@@ -28,9 +28,10 @@ from ..angen_addon.view.readings import (
     UNKNOWN,
     WRONG,
     ReadingText,
-    reading_text,
+    ReadingTexts,
 )
 from ..operators.show import show, why_hidden
+from ..sensor_logic.report.svg import shortened
 from .instanced import draw_rows
 from .parameters import sensor_of
 
@@ -39,6 +40,10 @@ ORDER_OF_STATES = (WRONG, DOUBTFUL, OLD, ACTIVE, IDLE, NOT_SURE, BAKED, UNKNOWN,
 ROWS, MOST_ROWS = 4, 8
 # Regions wider than this (pixels at scale 1) have a column for rooms.
 WIDE = 330
+# Pixels at scale 1 of a row's margins with the scroll bar, and of the icon before a name.
+MARGINS, ICON = 86, 42
+# Pixels at scale 1: the size of the interface's letters.
+LETTER = 11.0
 NAME_SHARE, NAME_SHARE_WIDE, NAME_SHARE_ACTIVE, ROOM_SHARE = 0.78, 0.5, 0.72, 0.6
 
 
@@ -67,6 +72,11 @@ def matches(sensor: Sensor, seen: ReadingText | None, words: str) -> bool:
     return all(word in text for word in words.lower().split())
 
 
+# The texts for the rows of the table that is being drawn. Blender filters the rows and then draws
+# them, with a new object of the list at each step, which cannot keep the texts itself.
+_texts: ReadingTexts | None = None
+
+
 class ANGEN_UL_sensors(UIList):
     """A list of the sensors in a view layer."""
 
@@ -85,7 +95,7 @@ class ANGEN_UL_sensors(UIList):
         sensor = sensor_of(item)
         if sensor is None:
             return
-        seen = reading_text(sensor, context.scene)
+        seen = (_texts or ReadingTexts(context.scene)).of(sensor)
         row = layout.row(align=True)
         row.active = sensor.settings.enabled
         wide = _is_wide(context)
@@ -93,7 +103,8 @@ class ANGEN_UL_sensors(UIList):
         active = item == stands_for(context.view_layer.objects.active)
         narrow = NAME_SHARE_ACTIVE if active else NAME_SHARE
         split = row.split(factor=NAME_SHARE_WIDE if wide else narrow, align=True)
-        split.label(text=sensor.name, icon=seen.icon, translate=False)
+        room = _room_for_name(context, NAME_SHARE_WIDE if wide else narrow)
+        split.label(text=shortened(sensor.name, room, LETTER), icon=seen.icon, translate=False)
         if wide:
             split = split.split(factor=ROOM_SHARE, align=True)
             split.label(text=sensor.room, translate=False)
@@ -105,6 +116,8 @@ class ANGEN_UL_sensors(UIList):
             again.name, again.library = sensor.name, sensor.library
 
     def filter_items(self, context: Context, data: Any, name: str) -> tuple[list[int], list[int]]:
+        global _texts
+        _texts = ReadingTexts(context.scene)
         settings = context.window_manager.angen_table
         return sorted_and_filtered(
             list(getattr(data, name)), context.scene, settings, self.bitflag_filter_item
@@ -134,14 +147,25 @@ def sorted_and_filtered(
 def _matching(sensors: Iterable[Sensor | None], scene: Any, settings: Any) -> list[int]:
     """Return the indices of the sensors that match the search, in the table's sort order."""
     by, words = settings.sort, settings.search
+    texts = ReadingTexts(scene) if words or by == "STATE" else None
     keys = []
     for number, sensor in enumerate(sensors):
         if sensor is None:
             continue
-        seen = reading_text(sensor, scene) if words or by == "STATE" else None
+        seen = texts.of(sensor) if texts is not None else None
         if matches(sensor, seen, words):
             keys.append((sort_key(sensor, seen, by), number))
     return [number for _, number in sorted(keys, reverse=settings.reverse)]
+
+
+def _room_for_name(context: Context, share: float) -> float:
+    """Return the width of the column of names in pixels at scale 1, without the icon.
+
+    `share` is the column's part of a row's width.
+    """
+    region = context.region
+    wide = region.width / (context.preferences.system.ui_scale or 1.0) if region else USUAL_WIDTH
+    return share * (wide - MARGINS) - ICON
 
 
 def _is_wide(context: Context) -> bool:

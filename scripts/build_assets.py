@@ -42,8 +42,12 @@ def build(folder: Path, only: Sequence[str] = ()) -> int:
         for preset in kind.presets:
             sensor = asset(kind, preset, catalog)
             picture(sensor, folder / ".preview.png")
+            # The next sensors are rendered without this one.
+            sensor.hide_render = True
             made.add(sensor)
     (folder / ".preview.png").unlink(missing_ok=True)
+    for sensor in made:
+        sensor.hide_render = False
     (folder / CATALOG_FILE).write_text("\n".join(lines) + "\n", encoding="utf-8")
     bpy.data.libraries.write(str(folder / FILE), made, fake_user=True, compress=True)
     return len(made)
@@ -88,8 +92,6 @@ def stage() -> None:
 def picture(sensor: Any, path: Path) -> None:
     """Render the sensor from its sensing side as its preview."""
     scene = bpy.context.scene
-    for other in scene.objects:
-        other.hide_render = other.type == "MESH" and other != sensor
     mesh = sensor.data
     # Only vertices of faces: the edges that show the viewing direction reach beyond the housing.
     shown = {vertex for face in mesh.polygons for vertex in face.vertices}
@@ -103,9 +105,13 @@ def picture(sensor: Any, path: Path) -> None:
     scene.camera.data.ortho_scale = size * 1.1
     scene.render.filepath = str(path)
     bpy.ops.render.render(write_still=True)
-    with bpy.context.temp_override(id=sensor):
-        bpy.ops.ed.lib_id_load_custom_preview(filepath=str(path))
-    sensor.hide_render = False
+    # Not as a custom preview from the file: Blender caches those by path and second, so that a
+    # sensor would get the picture of another one rendered in the same second.
+    image = bpy.data.images.load(str(path))
+    preview = sensor.preview_ensure()
+    preview.image_size = image.size
+    preview.image_pixels_float = image.pixels[:]
+    bpy.data.images.remove(image)
 
 
 if __name__ == "__main__":

@@ -76,6 +76,9 @@ class Field:
         formats of other tools.
     tip
         What the field means, in a phrase for the documentation.
+    word
+        A word for the value where it stands beside the sensor's state, such as "tilt", if its unit
+        does not tell what it is.
     shape
         The names of the parameters with the numbers of columns and of rows, for a text that holds a
         picture: a number for each of its pixels, row by row, with semicolons. Reports show it.
@@ -91,6 +94,7 @@ class Field:
     quantity: str = ""
     shape: tuple[str, str] | None = None
     tip: str = ""
+    word: str = ""
 
     def text(self, value: float, lengths: Lengths = METRES) -> str:
         """Return a value with its unit, as shown in the interface and in reports."""

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from .arrays import Array as Array
 from .arrays import Index as Index
+from .arrays import are_equal
 from .forces.world import PadForces
 
 FIRST: Index = np.zeros(1, np.intp)
@@ -36,7 +37,7 @@ class Pose:
 
     def same(self, other: Pose) -> bool:
         """Return whether two poses are equal."""
-        return np.array_equal(self.origin, other.origin) and np.array_equal(self.axes, other.axes)
+        return are_equal((self.origin, self.axes), (other.origin, other.axes))
 
 
 @dataclass(frozen=True)
@@ -325,7 +326,7 @@ class Updates:
         # Other rays under the same bundle number replace the earlier ones.
         key = need, question[0] if question and isinstance(question[0], int) else None
         known = self._answered.get(key)
-        if known is None or not all(map(np.array_equal, known[0], question)):
+        if known is None or not are_equal(known[0], question):
             known = self._answered[key] = question, self.ask(need, *question)
         return known[1]
 

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The colours of temperatures and other numbers in pictures: from black over red to pale yellow.
+"""The colours of kinds of sensors, and of temperatures and other numbers in pictures.
 
-Brightness grows evenly with the value, so the order is also visible to colour-blind people.
+Numbers go from black over red to pale yellow. Brightness grows evenly with the value, so the order
+is also visible to colour-blind people.
 
 References
 ----------
@@ -14,6 +15,22 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .model import Array
+
+# The colour-blind-safe colours of Okabe and Ito, a brown, an indigo and a teal.
+BLUE, ORANGE, GREEN, PURPLE = "#0072b2", "#d55e00", "#009e73", "#cc79a7"
+YELLOW, SKY, BLACK, BROWN = "#e69f00", "#56b4e9", "#000000", "#7f4f24"
+INDIGO, TEAL = "#4b3f8f", "#11696f"
+# Of each kind by its number, on white and on dark ground.
+KIND_COLOURS = (
+    (BLUE, SKY),
+    (ORANGE, "#f0803c"),
+    (GREEN, "#2fc197"),
+    (YELLOW, "#f0b73c"),
+    (PURPLE, "#dd9abf"),
+    (BROWN, "#c89b6d"),
+    (INDIGO, "#a99fe6"),
+    (TEAL, "#58bfc4"),
+)
 
 INFERNO = (
     *("000004", "1b0c41", "4a0c6b", "781c6d", "a52c60"),
@@ -44,3 +61,9 @@ def limits(values: ArrayLike, least: float) -> tuple[float, float]:
         return 0.0, least
     low, high = float(known.min()), float(known.max())
     return low, max(high, low + least)
+
+
+def rgba(code: str) -> tuple[float, float, float, float]:
+    """Return a colour such as "#0072b2" as red, green, blue and opacity from 0 to 1."""
+    red, green, blue = (int(code[i : i + 2], 16) / 255.0 for i in (1, 3, 5))
+    return red, green, blue, 1.0

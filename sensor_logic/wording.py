@@ -7,6 +7,7 @@ import difflib
 import math
 import re
 from collections.abc import Iterable, Sequence
+from decimal import ROUND_HALF_UP, Context, Decimal
 from typing import NamedTuple
 
 MOST_NAMES = 4
@@ -220,8 +221,13 @@ def _decimals_of(value: float) -> int:
     return max(0, SIGNIFICANT - 1 - math.floor(math.log10(size)))
 
 
+# The context keeps all digits of a float.
+_EXACT = Context(prec=400, rounding=ROUND_HALF_UP)
+
+
 def _fixed(value: float, decimals: int) -> str:
-    text = f"{value:.{decimals}f}"
+    # Halves are rounded up, as people do: Python would round 27.25 to 27.2.
+    text = f"{_EXACT.quantize(Decimal(value), Decimal(1).scaleb(-decimals)):f}"
     # Avoid "-0.00".
     return text.removeprefix("-") if not any(c in "123456789" for c in text) else text
 

@@ -19,6 +19,7 @@ from ...sensor_logic.kinds import KINDS, NO_KIND
 from ...sensor_logic.parameters import former_choice, former_text, specs
 from ...sensor_logic.recording.tracks import Recording as Run
 from ..authoring.presets import find_preset, new_sensor
+from ..authoring.rooms import fill_room
 from ..layout.apply import Applied, apply_layout
 from ..output.describe import parameters_of
 from ..output.output_files import Outputs, check_outputs
@@ -181,7 +182,7 @@ class Home:
         look: Sequence[float] | None = None,
         preset: str = "",
     ) -> HomeSensor:
-        """Add a sensor.
+        """Add a sensor. Its room is filled in if the home tells it, and can be set after.
 
         Parameters
         ----------
@@ -208,6 +209,7 @@ class Home:
         obj = new_sensor(bpy.context, kind, chosen_preset, name)
         obj.matrix_world = matrix
         bpy.context.view_layer.update()
+        fill_room(bpy.context.evaluated_depsgraph_get(), obj)
         return HomeSensor(self, obj.name)
 
     def apply(self, layout: str | Path, remove: bool = False) -> Applied:

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 from typing import Any
 
@@ -16,7 +15,7 @@ from ...sensor_logic.wording import named
 from .. import doctor
 from ..explain.explain import ExplainedTime
 from ..layout.apply import apply_layout
-from ..output.describe import describe
+from ..output.describe import describe, layout_text
 from ..output.output_files import Outputs, check_outputs
 from ..runtime.time_base import outside_scene
 from ..scene.sensors import chosen
@@ -34,12 +33,12 @@ def _add_list(verbs: Any, every: argparse.ArgumentParser) -> None:
 
 def _list(options: argparse.Namespace, outputs: Outputs) -> int:
     sensors = sensors_of(options)
-    found = [describe(sensor) for sensor in sensors]
     if options.json:
-        outputs.printed = json.dumps(found, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+        outputs.printed = layout_text(sensors)
         return DONE
     width = max(len(sensor.name) for sensor in sensors)
-    for sensor, facts in zip(sensors, found, strict=True):
+    for sensor in sensors:
+        facts = describe(sensor)
         remark = "" if facts["enabled"] else "  off"
         line = (
             f"{sensor.name:<{width}}  {sensor.kind.identifier:<14}  "

@@ -7,26 +7,22 @@ Functions that return `Steps` are generators, so that long work can be ended bet
 from __future__ import annotations
 
 from collections.abc import Generator, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
-from mathutils.bvhtree import BVHTree
 from numpy.typing import NDArray
 
 from ...sensor_logic.coverage.grid import NO_ROOM, Cells
 from ...sensor_logic.coverage.motions import DIRECTIONS, HEADINGS, Motion
 from ...sensor_logic.error import AngenError
 from ...sensor_logic.model import Array
+from ..authoring.rooms import Mask, Volume, room_at, volumes
 from ..plan import group_by_storey, sensor_in_plan
 from ..progress import Doing, saying
 from ..scene.home import EvaluatedHome
-from ..scene.marks import COVERAGE_MARK
-from ..scene.rays.geometry import faces_along
-from ..scene.sensors import NotPlaced, Sensor, placed_matrix, room_of
+from ..scene.sensors import Sensor
 
-Mask = NDArray[np.bool_]
 # m above the floor: below the heads of doors, and above furniture that is no partition.
 OVER_M = 1.9
 # m. A surface up to RUG_M above the floor is the floor, a rug or a threshold. A surface that is
@@ -179,53 +175,10 @@ def flood(
 
 
 # Rooms. A flood fill over the cells starts at the sensors of a room and ends at walls, closed doors
-# and cupboards higher than 1.9 m. A mesh can also mark a room: one that is *Ignored by sensors* and
-# has its Room set, or is displayed as wire or bounds.
+# and cupboards higher than 1.9 m. A mesh can also mark a room (authoring/rooms.py).
 
 # Cells this near (m) to a sensor belong to its room, if no wall is between.
 NEAR_M = 0.9
-# A ray in this direction runs along no edge of a rectangular building.
-ASKEW = np.array([0.1234, 0.2345, 0.9642]) / np.linalg.norm([0.1234, 0.2345, 0.9642])
-
-
-class Volume:
-    """An object whose mesh encloses a room. The user adds it to mark the room."""
-
-    def __init__(self, home: EvaluatedHome, obj: Any) -> None:
-        self.name = room_of(obj) or obj.name
-        matrix, metres = placed_matrix(obj, home.depsgraph), home.metres
-        points = [matrix @ v.co * metres for v in obj.data.vertices]
-        self.lo = np.min(np.array(points), axis=0)
-        self.hi = np.max(np.array(points), axis=0)
-        self._tree = BVHTree.FromPolygons(points, [tuple(p.vertices) for p in obj.data.polygons])
-
-    def holds(self, points: Array) -> Mask:
-        """Return a mask (n,) of the points (n, 3) that are inside the mesh.
-
-        A ray from a point inside leaves the mesh through an odd number of faces.
-        """
-        inside = ((points >= self.lo) & (points <= self.hi)).all(axis=1)
-        for i in np.flatnonzero(inside).tolist():
-            inside[i] = faces_along(self._tree, points[i], ASKEW, 1e-4) % 2 == 1
-        return inside
-
-
-def volumes(home: EvaluatedHome) -> list[Volume]:
-    """Return the meshes that mark rooms and that Blender evaluates, sorted by name."""
-    marks = [
-        obj
-        for obj in home.depsgraph.view_layer.objects
-        if obj.type == "MESH"
-        and obj.angen_ignored
-        and COVERAGE_MARK not in obj
-        and len(obj.data.polygons) > 3
-        and (room_of(obj) or obj.display_type in {"WIRE", "BOUNDS"})
-    ]
-    found = []
-    for obj in sorted(marks, key=lambda obj: obj.name):
-        with suppress(NotPlaced):
-            found.append(Volume(home, obj))
-    return found
 
 
 @dataclass(frozen=True)
@@ -255,7 +208,8 @@ def labels_of(
 
     `members` are the sensors of the storey, and `marked` the meshes that mark its rooms.
     """
-    names = sorted({v.name for v in marked} | {s.room or NO_ROOM for s in members})
+    rooms = {s.uid: _room_of(home, s) for s in members}
+    names = sorted({v.name for v in marked} | set(rooms.values()))
     floor_there = ((yield from floors(home, grid, OVER_M)) < np.inf).reshape(grid.shape)
     middle = grid.at(OVER_M / 2)
     fixed = np.zeros(len(middle), np.int64)
@@ -271,7 +225,7 @@ def labels_of(
         cells = yield from _cells_near(home, points, sensor)
         for cell in cells:
             if seeds[cell] == 0:
-                seeds[cell] = names.index(sensor.room or NO_ROOM) + 1
+                seeds[cell] = names.index(rooms[sensor.uid]) + 1
     loose = floor_there & (fixed.reshape(grid.shape) == 0)
     allowed = np.where(fixed.reshape(grid.shape) > 0, floor_there, loose)
     start = np.where(fixed.reshape(grid.shape) > 0, 0, seeds.reshape(grid.shape))
@@ -280,6 +234,14 @@ def labels_of(
     number = np.where(fixed.reshape(grid.shape) > 0, fixed.reshape(grid.shape), flooded)
     number = np.where(allowed, number, 0)
     return Labels(number, names, loose & np.isin(number, _open_rooms(flooded, loose, ways)))
+
+
+def _room_of(home: EvaluatedHome, sensor: Sensor) -> str:
+    """Return the room of a sensor: without one, that of its position, so that no room is split."""
+    if sensor.room:
+        return sensor.room
+    place = sensor.world_matrix(home.depsgraph).translation
+    return room_at(home.depsgraph, place, sensor.object) or NO_ROOM
 
 
 def _open_rooms(
@@ -368,7 +330,7 @@ def cells_of(
     """
     yield Doing(0.0, "looking for the floor")
     parts = []
-    marked = volumes(home)
+    marked = volumes(home.depsgraph)
     for number, (floor, members) in enumerate(storeys_of(home, sensors, marked)):
         grid = _grid(home, floor, members, marked, size)
         doing = Doing(0.0, "looking for rooms")

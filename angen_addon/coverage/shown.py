@@ -273,12 +273,21 @@ def keep(scene: Any, coverage: CoverageMap) -> None:
     facts = {
         "motion": coverage.motion.label,
         "sensors": len(coverage.sensors),
+        "names": list(coverage.sensors),
         "rooms": rooms,
         "frame": scene.frame_current,
         "settings": _settings(scene),
     }
     state.CACHE.note_result(scene, bpy.context.evaluated_depsgraph_get(), FollowedMap)
     scene[KEY] = json.dumps(facts)
+    # While the map was made, Blender has reported it as an edit.
+    _marking.note_edit(scene)
+
+
+def legend() -> list[tuple[Any, str]]:
+    """Return the material of each colour of maps in this file, with what it means."""
+    found = ((bpy.data.materials.get(f"{COLLECTION}: {label}"), label) for label in LEVELS)
+    return [(material, label) for material, label in found if material is not None]
 
 
 def _settings(scene: Any) -> dict[str, Any]:
@@ -288,9 +297,10 @@ def _settings(scene: Any) -> dict[str, Any]:
 def summary(scene: Any) -> dict[str, Any] | None:
     """Return the stored figures of the last map, or None if there are none.
 
-    The keys are `motion`, `sensors` (their number) and `rooms`. A room has a name, its area in m²,
-    its coverage (0 to 1), and its uncovered area in m². The last entry is for all rooms together.
-    Files of earlier versions lack the keys `frame` and `settings`.
+    The keys are `motion`, `sensors` (their number), `names` (of the sensors) and `rooms`. A room
+    has a name, its area in m², its coverage (0 to 1), and its uncovered area in m². The last entry
+    is for all rooms together.
+    Files of earlier versions lack the keys `frame`, `names` and `settings`.
     """
     if KEY not in scene:
         return None
@@ -323,7 +333,7 @@ def forget(scene: Any) -> None:
 
 
 class _Marking:
-    """Draws the map as wire when it no longer matches the scene.
+    """Draws maps as wire that no longer match the scene.
 
     Undo does not restore the display type, so it is checked again after each undo.
     """
@@ -337,12 +347,20 @@ class _Marking:
         self.note_edit(scene)
 
     def note_edit(self, scene: Any) -> None:
-        """Draw the map as wire if it no longer matches the scene, else textured."""
-        if KEY not in scene:
+        """Draw the last map textured if it matches the scene, and all other maps as wire.
+
+        Only the last map is known to match: the scene stores no fingerprint of the others.
+        """
+        found = summary(scene)
+        if found is None:
             return
-        look = "WIRE" if why_stale(scene) else "TEXTURED"
+        is_stale, motion = why_stale(scene), found.get("settings", {}).get("motion")
         for obj in scene.objects:
-            if is_map(obj) and obj.display_type != look:
+            if not is_map(obj) or obj[COVERAGE_MARK].startswith(ASIDE):
+                continue
+            is_last = motion in (None, obj[COVERAGE_MARK])
+            look = "TEXTURED" if is_last and not is_stale else "WIRE"
+            if obj.display_type != look:
                 obj.display_type = look
 
 

@@ -16,6 +16,7 @@ from .examined import Check, Examined, Finding
 CHECKS: dict[str, Check] = {
     "scale": building.scale,
     "units": sensors.units,
+    "coarse": building.coarse,
     "files": building.missing_data,
     "names": building.same_names,
     "hidden": building.hidden_but_rendered,
@@ -29,6 +30,7 @@ CHECKS: dict[str, Check] = {
     "still_doors": building.standing_still,
     "inside": sensors.inside_walls,
     "too_near": sensors.looks_into_something,
+    "facing": sensors.faces_a_wall,
     "slits": sensors.slits,
     "names_none": sensors.names_nothing,
     "unplaced": sensors.unplaced,

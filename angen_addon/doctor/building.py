@@ -213,6 +213,43 @@ def _unit_penalty(unit: str, length: float, object_size: float) -> float:
     return size + math.log(object_size * UNITS[unit] / USUAL_THING) ** 2 + RARE.get(unit, 0.0)
 
 
+# m. Coordinates with larger steps of single precision are too coarse for doors and beams.
+STEP = 1e-3
+
+
+def coarse(home: Examined) -> Iterator[Found]:
+    """Yield a finding if objects are so far from the origin that their coordinates are coarse."""
+    steps = {solid.name: step for solid, step in _steps(home) if np.isfinite(step) and step > STEP}
+    if steps:
+        names, worst = sorted(steps), max(steps.values())
+        yield (
+            "Objects that are so far from the origin, in the scene or in their meshes, that "
+            f"Blender rounds their points to {_length(worst)}: {named(names)}",
+            "Take the offset out before the import, in the program that the home is from; of an "
+            "IFC file by scripts/foreign_homes/ifc_to_obj.py. Moving it here restores nothing",
+            tuple(names),
+        )
+
+
+def _steps(home: Examined) -> Iterator[tuple[Any, float]]:
+    """Yield each solid with the step in m of its coordinates in single precision.
+
+    Of large objects, such as terrain, the point that is nearest to the origin counts.
+    """
+    solids = home.home.caster.solids
+    for solid in solids.solids:
+        size = np.linalg.norm(solids.matrix[solid.row][:3, :3], axis=0).max()
+        in_mesh = _step(solid.geometry.lo, solid.geometry.hi) * size
+        in_scene = _step(solids.lo[solid.row], solids.hi[solid.row])
+        yield solid, max(in_mesh, in_scene) * home.metres
+
+
+def _step(lo: Array, hi: Array) -> float:
+    """Return the step of single precision at the point of bounds (3,), (3,) nearest to zero."""
+    nearest = np.where(lo * hi > 0.0, np.minimum(np.abs(lo), np.abs(hi)), 0.0)
+    return float(np.spacing(nearest.max().astype(np.float32)))
+
+
 def hidden_but_rendered(home: Examined) -> Iterator[Found]:
     """Yield a finding if objects are hidden in the viewport but shown in renders."""
     hidden = [

@@ -43,7 +43,7 @@ from ..scene.units import (
 )
 from .examined import Examined, Found
 
-BUNDLE_AXES, BUNDLE_NEAR, BUNDLE_SLIT = -42, -43, -44
+BUNDLE_AXES, BUNDLE_NEAR, BUNDLE_SLIT, BUNDLE_AHEAD = -42, -43, -44, -46
 # m. A sensor can only be inside a solid that two opposite rays hit within this distance in all.
 THICKEST = 0.6
 # A sensor is blocked if more than this fraction of its rays hit something nearer than range min.
@@ -51,6 +51,17 @@ BLOCKED = 0.25
 # m. A real beam does not pass a slit of width 2 SLIT. Its sides are equally far from the sensor,
 # within LEVEL. What the ray through the slit hits is farther away by at least BEHIND.
 SLIT, LEVEL, BEHIND = 0.01, 0.15, 0.5
+# m. A sensor faces a wall if all rays within 30° of its axis end there, nearer than HAND.
+# They start OFF before it.
+HAND, OFF = 0.25, 0.002
+AHEAD = np.array(
+    [(0.0, 0.0, -1.0)]
+    + [
+        (np.sin(off) * np.cos(turn), np.sin(off) * np.sin(turn), -np.cos(off))
+        for off in np.radians([15.0, 30.0])
+        for turn in np.radians(np.arange(0.0, 360.0, 45.0))
+    ]
+)
 # Types of datablocks whose animation moves no surface.
 BY_LIGHT_ALONE = ("LIGHT", "MATERIAL", "WORLD", "CAMERA", "NODETREE", "TEXTURE", "LINESTYLE")
 
@@ -177,6 +188,46 @@ def looks_into_something(home: Examined) -> Iterator[Found]:
                 f"'{name}' is its housing, parent that to the sensor",
                 (sensor.name, name),
             )
+
+
+def faces_a_wall(home: Examined) -> Iterator[Found]:
+    """Yield a finding for each sensor that has only a wall, or another still object, before it."""
+    for sensor in home.sensors:
+        # A pad lies on something. A switch, or a contact, is for what is near.
+        is_near = sensor.kind.requires(FORCES) or any(
+            field.quantity == "opening" for field in sensor.kind.events
+        )
+        reach = getattr(sensor.parameters, "range_max", np.inf)
+        if is_near or reach <= 2 * HAND or _surrounded_by(home, sensor):
+            continue
+        matrix = sensor.world_matrix(home.depsgraph)
+        axes = np.array(matrix.to_3x3().normalized(), np.float64)
+        directions = np.ascontiguousarray(AHEAD @ axes.T)
+        # A sensor can lie on a surface with its origin.
+        start = np.array(matrix.translation, np.float64) + directions[0] * (OFF / home.metres)
+        origins = np.tile(start, (len(AHEAD), 1))
+        far = np.full(len(AHEAD), HAND / home.metres)
+        ranges, met = home.home.caster.cast_met(sensor.uid, BUNDLE_AHEAD, origins, directions, far)
+        if (met != met[0]).any() or met[0] == NOTHING:
+            continue
+        name = home.home.caster.solids.name_of(int(met[0]))
+        if not _moves_itself(home.scene.objects.get(name)):
+            away = ranges[0] * home.metres + OFF
+            yield (
+                f"'{sensor.name}' faces '{name}' at {100 * away:.0f} cm, and sees little else",
+                "Turn it round (it looks along its -Z axis), or place it again with Shift+A, "
+                "Sensor, … on Surface",
+                (sensor.name, name),
+            )
+
+
+def _moves_itself(obj: Any) -> bool:
+    """Return whether an object or one of its parents is animated or simulated."""
+    while obj is not None:
+        if _is_animated(obj) or (obj.rigid_body is not None and obj.rigid_body.type == "ACTIVE"):
+            return True
+        obj = obj.parent
+    return False
 
 
 def slits(home: Examined) -> Iterator[Found]:

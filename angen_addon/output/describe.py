@@ -3,7 +3,9 @@
 
 from __future__ import annotations
 
+import json
 import math
+from collections.abc import Iterable
 from typing import Any
 
 from ...sensor_logic.parameters import specs
@@ -67,3 +69,9 @@ def _plain(value: Any, unit: str) -> Any:
     if value is None or isinstance(value, (bool, int, str)):
         return value
     return value.name
+
+
+def layout_text(sensors: Iterable[Sensor]) -> str:
+    """Return sensors as a layout file, in JSON."""
+    found = [describe(sensor) for sensor in sensors]
+    return json.dumps(found, indent=1, ensure_ascii=False, allow_nan=False) + "\n"

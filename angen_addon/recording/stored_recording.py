@@ -267,11 +267,13 @@ class StoredRecording:
         self._revision = revision
         self._find_renamed(sensors)
         around = self._scene_digests(scene, scene.view_layers[depsgraph.view_layer.name], sensors)
-        before, self._objects = self._objects, len(bpy.data.objects)
         differs = self.fingerprint.difference(SHOWN, around[SHOWN])
-        if before != self._objects and (differs or _names_new_or_gone(self._changed)):
+        count = len(bpy.data.objects)
+        if count != self._objects and (differs or _names_new_or_gone(self._changed)):
             # An object was added or removed, perhaps one that was added since the run. Only a
-            # comparison of the whole scene shows which.
+            # comparison of the whole scene shows which. An asset is imported at one update and
+            # joins the scene at a later one: until then `_objects` keeps the earlier count.
+            self._objects = count
             self._changed = self.fingerprint.differences(self._fingerprint_now(scene, depsgraph))
         self._compare(around)
 

@@ -310,10 +310,14 @@ HANDLERS = (
 )
 
 
+# The frame handlers of this extension. They change nothing but the frame.
+frame_handlers: set[Any] = {on_frame_change}
+
+
 def has_other_frame_handlers() -> bool:
     """Return whether other code has handlers that can change the scene at a frame change."""
     return any(
-        handler is not on_frame_change
+        handler not in frame_handlers
         for name in ("frame_change_pre", "frame_change_post")
         for handler in getattr(bpy.app.handlers, name)
     )

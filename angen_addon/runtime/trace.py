@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...sensor_logic.arrays import are_equal
 from ...sensor_logic.clock import Clock
 from ...sensor_logic.kind import RAYS
 from ...sensor_logic.model import FIRST, Answers, Array, Ask, Index, LightSample, Pose, Updates
@@ -189,7 +190,7 @@ class RaysMet:
         """Return whether another bundle has the same rays and the same ranges."""
         mine = self.origins, self.directions, self.reach, self.ranges
         its = other.origins, other.directions, other.reach, other.ranges
-        return all(map(np.array_equal, mine, its))
+        return are_equal(mine, its)
 
 
 class Hits(NamedTuple):

@@ -177,7 +177,8 @@ def state_text(kind: Kind, quantity: Field, reading: Reading, lengths: Any) -> s
     word = kind.active_label if reading.active else kind.idle_label
     if not (reading.active or kind.value_when_idle):
         return word
-    return f"{word}, {quantity.text(reading.value, lengths)}"
+    what = f"{quantity.word} " if quantity.word else ""
+    return f"{word}, {what}{quantity.text(reading.value, lengths)}"
 
 
 def age_text(found: PlayheadReading, least: float) -> str:

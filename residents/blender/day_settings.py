@@ -17,6 +17,7 @@ from bpy.props import (
 )
 from bpy.types import ID, Action, Material, Object, PropertyGroup, Text
 
+from ...angen_addon.relative_path import RELATIVE_PATH
 from ...sensor_logic.formats import FORMATS
 
 # Bits of the formats as stored in blend files: never renumber them.
@@ -58,6 +59,8 @@ class AngenDone(PropertyGroup):
     room: StringProperty()
     start: FloatProperty()
     end: FloatProperty()
+    # The activity's place in the routine, which decides its colour.
+    place: IntProperty()
 
 
 class AngenEarlier(PropertyGroup):
@@ -91,7 +94,7 @@ class AngenDay(PropertyGroup):
     """
 
     routine: StringProperty(
-        name="Routine", description="Routine file", subtype="FILE_PATH", options=set()
+        name="Routine", description="Routine file", subtype="FILE_PATH", options=RELATIVE_PATH
     )
     text: PointerProperty(
         name="Text",
@@ -111,7 +114,7 @@ class AngenDay(PropertyGroup):
     )
     out: StringProperty(
         name="Folder", description="New folder for the days; or the folder of an earlier run with "
-        "the same settings, to continue it", subtype="DIR_PATH", options=set(),
+        "the same settings, to continue it", subtype="DIR_PATH", options=RELATIVE_PATH,
     )  # fmt: skip
     days: IntProperty(
         name="Days", description="Number of days to run, from the first day on", default=1, min=1,

@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ...angen_addon.authoring.rooms import volumes
 from ...angen_addon.coverage.floor import (
     MOST_CELLS,
     OVER_M,
@@ -30,7 +31,6 @@ from ...angen_addon.coverage.floor import (
     labels_of,
     passable,
     storeys_of,
-    volumes,
 )
 from ...angen_addon.plan import GRAIN_M, around, grouped
 from ...angen_addon.progress import Shares, finished, saying, scaled
@@ -270,7 +270,7 @@ def _rooms(
     ny).
     """
     view_layer = home.depsgraph.view_layer
-    marked = volumes(home)
+    marked = volumes(home.depsgraph)
     try:
         storeys = storeys_of(home, all_sensors(view_layer), marked)
     except AngenError:

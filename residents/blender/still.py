@@ -9,7 +9,7 @@ from typing import Any
 import bpy
 from bpy.app.handlers import persistent
 
-from ...angen_addon.runtime import state
+from ...angen_addon.runtime import handlers, state
 from ..acting.timeline import Acted
 from ..days.rows import frame_at
 
@@ -60,7 +60,7 @@ def _jump(scene: Any, _depsgraph: Any = None) -> None:
             scene.frame_current = _last = there
 
 
-# A frame handler slows down every run (runtime/handlers.py): it is registered only during playback.
+# A run needs no such handler: it is registered only during playback.
 @persistent  # type: ignore[untyped-decorator]
 def play(*_: Any) -> None:
     stop()
@@ -74,11 +74,13 @@ def stop(*_: Any) -> None:
 
 
 def register() -> None:
+    handlers.frame_handlers.add(_jump)
     bpy.app.handlers.animation_playback_pre.append(play)
     bpy.app.handlers.animation_playback_post.append(stop)
 
 
 def unregister() -> None:
+    handlers.frame_handlers.discard(_jump)
     bpy.app.handlers.animation_playback_pre.remove(play)
     bpy.app.handlers.animation_playback_post.remove(stop)
     stop()

@@ -157,10 +157,15 @@ class ANGEN_OT_day_read(LongWork, Operator):
     def _finish(self, context: Context, day: ComputedDay) -> None:
         settings = context.scene.angen_day
         settings.done.clear()
-        for done in activities(day.acted, day.places.room_of):
+        found = activities(day.acted, day.places.room_of)
+        # Activities of a diary alone come after those of the routine.
+        names = [*day.plan.routine.activities, *sorted(done.activity for done in found)]
+        places = {name: place for place, name in enumerate(dict.fromkeys(names))}
+        for done in found:
             item = settings.done.add()
             item.name, item.person, item.room = done.activity, done.person, done.room
             item.start, item.end = done.start / 1e6, done.end / 1e6
+            item.place = places[done.activity]
         _, settings.mark = day.mark
         note_read(context.scene)
         settings.told = f"{day.on:%A} {day.on.isoformat()}: {len(settings.done)} activities"

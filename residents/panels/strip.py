@@ -14,7 +14,7 @@ from ..days.rows import HOUR_S
 
 # Pixels of a picture. Blender draws it at half the size if the interface's scale is 1.
 SIZE = 32
-# sRGB: Okabe and Ito's colours, then Tol's, in the order in which activities begin.
+# sRGB: Okabe and Ito's colours, then Tol's.
 COLOURS = (
     (86, 180, 233), (230, 159, 0), (0, 158, 115), (240, 228, 66), (204, 121, 167), (213, 94, 0),
     (0, 114, 178), (136, 34, 85), (153, 153, 51), (68, 170, 153), (170, 68, 153), (221, 204, 119),
@@ -35,9 +35,8 @@ _made: Any = None
 
 
 def colours_of(done: Sequence[Any]) -> dict[str, tuple[int, int, int]]:
-    """Return the colour of each activity of a day, by name."""
-    names = dict.fromkeys(item.name for item in sorted(done, key=lambda item: item.start))
-    return {name: COLOURS[k % len(COLOURS)] for k, name in enumerate(names)}
+    """Return the colour of each activity of a day, by name: the same on all days of a routine."""
+    return {item.name: COLOURS[item.place % len(COLOURS)] for item in done}
 
 
 def hour_pixels(

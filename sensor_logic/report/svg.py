@@ -12,11 +12,7 @@ import numpy as np
 
 from ..kinds import KINDS
 from ..model import Array
-
-# The colour-blind-safe colours of Okabe and Ito, a brown, an indigo and a teal.
-BLUE, ORANGE, GREEN, PURPLE = "#0072b2", "#d55e00", "#009e73", "#cc79a7"
-YELLOW, SKY, BLACK, BROWN = "#e69f00", "#56b4e9", "#000000", "#7f4f24"
-INDIGO, TEAL = "#4b3f8f", "#11696f"
+from ..palette import KIND_COLOURS
 
 # Characters that XML 1.0 or UTF-8 cannot represent.
 _FORBIDDEN = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]")
@@ -75,12 +71,18 @@ def _width(character: str) -> float:
 
 
 def shortened(text: str, width: float, size: float) -> str:
-    """Return the text, shortened with an ellipsis if it is wider than `width`."""
+    """Return the text, with an ellipsis in its middle if it is wider than `width`.
+
+    Names of sensors often differ only at their end.
+    """
     if text_width(text, size) <= width:
         return text
-    while text and text_width(text + "…", size) > width:
-        text = text[:-1]
-    return text.rstrip() + "…"
+    for letters in range(len(text) - 1, 0, -1):
+        end = letters // 2
+        cut = f"{text[: letters - end].rstrip()}…{text[len(text) - end :].lstrip()}"
+        if text_width(cut, size) <= width:
+            return cut
+    return "…"
 
 
 # Colours, and a mark for each kind of sensor; marks differ in shape too.
@@ -96,17 +98,10 @@ INKS = {
     "solid": ("#cfd4d8", "#4b535b"),
     "low": ("#f3f5f6", "#1d2125"),
     "line": ("#a9b1b8", "#5d656d"),
-    "kind1": (BLUE, SKY),
-    "kind2": (ORANGE, "#f0803c"),
-    "kind3": (GREEN, "#2fc197"),
-    "kind4": (YELLOW, "#f0b73c"),
-    "kind5": (PURPLE, "#dd9abf"),
-    "kind6": (BROWN, "#c89b6d"),
-    "kind7": (INDIGO, "#a99fe6"),
-    "kind8": (TEAL, "#58bfc4"),
+    **{f"kind{n}": pair for n, pair in enumerate(KIND_COLOURS, 1)},
     "onkind": ("#ffffff", "#14171a"),
 }
-HUES = 8
+HUES = len(KIND_COLOURS)
 
 STYLE = """
 text{font-family:"Inter","Helvetica Neue",Helvetica,Arial,"DejaVu Sans",sans-serif;font-size:12px;

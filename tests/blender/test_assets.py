@@ -62,6 +62,21 @@ def test_every_part_is_there_as_its_preset_says(world, library):
         assert len(sensor.data.polygons) > 4
 
 
+def test_every_part_is_in_renders_and_has_the_picture_of_its_own_housing(world, library):
+    library, _ = library
+    path = str(library / "angen_sensors.blend")
+    with bpy.data.libraries.load(path, link=False, assets_only=True) as (there, target):
+        target.objects = list(there.objects)
+    assert [obj.name for obj in target.objects if obj.hide_render] == []
+    pictures = {}
+    for obj in target.objects:
+        corners = [round(x, 5) for vertex in obj.data.vertices for x in vertex.co]
+        housing = obj.angen_sensor.kind, *corners
+        pictures.setdefault(tuple(obj.preview.image_pixels), []).append((obj.name, housing))
+    for shared in pictures.values():
+        assert len({housing for _, housing in shared}) == 1, [name for name, _ in shared]
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("library", [()], ids=["all"], indirect=True)
 def test_one_that_is_dragged_in_senses(world, library):

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.coverage.maps import cover
 from bl_ext.user_default.angen_sensors.sensor_logic.coverage.motions import MOTIONS
+from panel_layout import drawn
 from tiers import mostly_slow
 
 ROOM = (4.0, 3.0, 2.5)
@@ -185,6 +186,17 @@ def test_a_box_that_marks_a_room_names_its_cells(home: Any, mapped: Any) -> None
     assert only.cells.rooms == ["alcove"] and len(only.cells) == (rooms == "alcove").sum()
 
 
+def test_a_detector_without_a_room_splits_none(home: Any, mapped: Any) -> None:
+    home.bpy.data.objects["pir"].angen_sensor.room = "den"
+    other = home.sensor("PIR", "unnamed")
+    other.location, other.rotation_euler = (3.9, 1.5, 2.2), (math.pi / 2, 0.0, math.pi / 2)
+    assert mapped("STEP").cells.rooms == ["den"]
+    home.box((0.1, 3.0, 2.5), (2.5, 1.5, 1.25), "partition")
+    found = mapped("STEP").cells
+    assert found.rooms == ["den", "no room"], "another room, behind a wall"
+    assert found.at[np.array(found.room) == "den"][:, 0].max() < 2.5
+
+
 def test_units_change_nothing(home: Any, mapped: Any) -> None:
     before = mapped("CAT")
     scene = home.scene
@@ -247,3 +259,68 @@ def test_a_map_of_a_small_room_leaves_a_recording_fresh(world):
     scene.objects["Sofa"].location.x += 0.1
     world.update()
     assert "Sofa" in state.CACHE.kept(scene).stale
+
+
+# A map in the window
+
+
+def test_a_fresh_map_has_its_colours_at_once(world):
+    scene = world.scene
+    world.hall(3, 2, 2.5)
+    detector = world.pir(update_rate=10.0)
+    detector.location = (0.1, 1.0, 1.5)
+    sofa = world.box((0.4, 0.4, 0.4), (2, 1, 0.2), "Sofa")
+    scene.angen_coverage.motion, scene.angen_coverage.cell = "ARM", 0.5
+    shown = import_module("bl_ext.user_default.angen_sensors.angen_addon.coverage.shown")
+
+    def looks():
+        return {obj.display_type for obj in scene.objects if shown.is_map(obj)}
+
+    bpy.ops.angen.coverage()
+    assert looks() == {"TEXTURED"}
+    sofa.location.x += 0.2
+    world.update()
+    assert looks() == {"WIRE"} and shown.why_stale(scene)
+    bpy.ops.angen.coverage()
+    assert looks() == {"TEXTURED"} and not shown.why_stale(scene)
+    world.update()
+    assert looks() == {"TEXTURED"}
+    bpy.ops.angen.place_propose()
+    assert looks() == {"TEXTURED"}
+    bpy.ops.angen.place_discard()
+    assert looks() == {"TEXTURED"}
+
+
+def test_the_panel_names_the_detectors_and_the_colours(world):
+    world.hall(3, 2, 2.5)
+    for number in range(5):
+        world.pir(f"PIR {number}").location = (0.1, 1.0, 1.5)
+    world.scene.angen_coverage.motion, world.scene.angen_coverage.cell = "ARM", 0.5
+    bpy.ops.angen.coverage()
+    texts = drawn("ANGEN_PT_coverage").labels
+    assert any("5 detectors" in text for text in texts)
+    assert [text for text in texts if text.startswith("PIR")] == ["PIR 0", "PIR 1", "PIR 2"]
+    assert "and 2 more" in texts
+    picture = import_module("bl_ext.user_default.angen_sensors.sensor_logic.coverage.picture")
+    assert set(picture.LEVELS) <= set(texts)
+
+
+def test_a_map_of_another_motion_does_not_make_an_outdated_one_look_fresh(world):
+    scene = world.scene
+    world.hall(3, 2, 2.5)
+    world.pir(update_rate=10.0).location = (0.1, 1.0, 1.5)
+    sofa = world.box((0.4, 0.4, 0.4), (2, 1, 0.2), "Sofa")
+    scene.angen_coverage.motion, scene.angen_coverage.cell = "ARM", 0.5
+
+    def looks():
+        return {o.name: o.display_type for o in scene.objects if o.name.startswith("Coverage")}
+
+    bpy.ops.angen.coverage()
+    (arm,) = looks()
+    sofa.location.x += 0.2
+    world.update()
+    scene.angen_coverage.motion = "CAT"
+    bpy.ops.angen.coverage()
+    world.update()
+    assert looks().pop(arm, "WIRE") == "WIRE"
+    assert set(looks().values()) - {"WIRE"} == {"TEXTURED"}

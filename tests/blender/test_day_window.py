@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from contextlib import closing
 from datetime import datetime, timedelta
 from inspect import signature
@@ -542,9 +543,9 @@ def test_playback_jumps_over_the_time_in_which_nothing_moves(scene: Any, addon_p
     # Whoever scrubs gets each frame, and playback those with movement alone.
     scene.frame_set(begin + 1)
     assert scene.frame_current == begin + 1
-    # Nothing that makes runs slow is left on.
-    assert not addon_part("angen_addon.runtime.handlers").has_other_frame_handlers()
     still.play()
+    # Skipping frames edits nothing: during playback live sensing does not read all objects anew.
+    assert not addon_part("angen_addon.runtime.handlers").has_other_frame_handlers()
     frames = [begin - 1]
     scene.frame_set(frames[0])
     for _ in range(4):
@@ -660,6 +661,20 @@ def test_the_panel_shows_the_day_and_its_time(scene: Any, addon_part: Any) -> No
     scene.frame_set(int(1 + 10 * at))
     told = [text for text in drawn("ANGEN_PT_day").labels if text.endswith("Sit (anna)")]
     assert told == [f"{int(at // 3600):02d}:{int(at // 60 % 60):02d}:00.0, Sit (anna)"]
+
+
+def test_an_activity_has_the_colour_of_its_place_in_the_routine(
+    scene: Any, addon_part: Any
+) -> None:
+    """So that it is the same on all days, whatever is done first."""
+    strip = addon_part("residents.panels.strip")
+    text = scene.angen_day.text
+    lines = '[activity.Never]\ndo = ["lie Bed"]\n' + text.as_string().replace("schema = 1\n", "", 1)
+    text.from_string("schema = 1\n" + lines)
+    assert bpy.ops.angen.day_read() == {"FINISHED"}
+    found = strip.colours_of(scene.angen_day.done)
+    order = re.findall(r"^\[activity\.(\w+)\]", text.as_string(), re.MULTILINE)
+    assert found and found == {name: strip.COLOURS[order.index(name)] for name in found}
 
 
 def test_a_tile_of_the_strip_has_the_colours_of_its_hour(addon_part: Any) -> None:

@@ -129,6 +129,12 @@ def against():
     screen.location.y -= 0.1
 
 
+def turned_round():
+    """Turn the detector to the wall on which it is mounted, 20 cm away."""
+    detector = bpy.data.objects["Detector"]
+    detector.location.x, detector.rotation_euler.z = 1.8, radians(-90)
+
+
 def slit():
     """Add two boards before the detector, 6 mm apart, one above the other."""
     bpy.data.objects["Detector"].angen_sensor.pir.model = "RANGE_SCAN"
@@ -200,6 +206,7 @@ BAD = {
     "inside": (walled_in, "'Detector' is inside the object 'Chair 1'", "Move it out"),
     "too_near": (against, "looks into 'Chair 1', which is nearer than its parameter Range min of "
                           "20 cm", "turn"),
+    "facing": (turned_round, "'Detector' faces 'Room' at 20 cm", "Turn it round"),
     "warmth": (cold, "Nothing in the scene has a temperature", "Set Usual, Person"),
     "watts": (sixty_watts, "'Lamp' shines with 60 W of light, 40,980 lm", "lumens divided by 683"),
     "slits": (slit, "'Detector' sees through a slit between 'Board' and 'Upper board'", "overlap"),
@@ -218,6 +225,34 @@ def test_a_mistake_is_named_with_the_way_to_mend_it(home, examine, check):
     found = examine()
     assert {finding.check for finding in found} == {check}
     assert words in found[0].text and mend in found[0].mend
+
+
+@pytest.mark.parametrize("kind", ["DISTANCE", "PRESENCE_RADAR", "THERMAL_ARRAY", "LIGHT"])
+def test_all_kinds_that_look_are_found_before_a_wall(home, examine, kind):
+    sensor = home.sensor(kind, "Sensor")
+    if kind == "LIGHT":
+        sensor.angen_sensor.light.method = "ILLUMINANCE"
+    sensor.location = (1, -1.3, 1.6)
+
+    def found(turn):
+        sensor.rotation_euler = (radians(90), 0, turn)
+        return [f.text for f in examine() if f.check == "facing"]
+
+    assert found(radians(180)) == ["'Sensor' faces 'Room' at 20 cm, and sees little else"]
+    assert found(0.0) == []
+    assert found(radians(90)) == [], "a wall beside it"
+
+
+def test_a_near_object_that_moves_is_what_the_sensor_is_for(home, examine):
+    lid = home.box((0.4, 0.4, 0.02), (1, 0, 1.0), "Lid")
+    sensor = home.sensor("DISTANCE", "Sensor")
+    sensor.location = (1, 0, 1.2)
+    assert "facing" in {f.check for f in examine()}
+    home.key(lid, "rotation_euler", {1: (0, 0, 0), 24: (1, 0, 0)})
+    assert "facing" not in {f.check for f in examine()}
+    lid.animation_data_clear()
+    sensor.angen_sensor.distance.range_max = 0.3
+    assert "facing" not in {f.check for f in examine()}, "a sensor of near things"
 
 
 def test_what_was_flattened_is_met_once_its_scale_is_applied(world, examine):
@@ -312,7 +347,7 @@ def test_a_lamp_that_is_keyed_is_told_though_it_is_off_now(home, examine):
 
 def test_every_check_has_a_bad_home():
     tested = {*BAD, "scale", "movement", "physics", "files", "eevee", "unplaced", "margins"}
-    tested |= {"units", "idle_keys", "rooms", "residents", "lamps"}
+    tested |= {"units", "coarse", "idle_keys", "rooms", "residents", "lamps"}
     assert set(CHECKS) == tested
 
 

@@ -226,3 +226,49 @@ def test_paths_profiles_and_rugs_are_no_walls(world, told):
     furnish(world)
     used(world)
     assert told("no_faces") == []
+
+
+# Coordinates of maps.
+
+
+def by_matrix(obj, offset):
+    obj.location = [a + b for a, b in zip(obj.location, offset, strict=True)]
+
+
+def by_mesh(obj, offset):
+    obj.data = obj.data.copy()
+    for vertex in obj.data.vertices:
+        vertex.co = [v + o / s for v, o, s in zip(vertex.co, offset, obj.scale, strict=True)]
+
+
+def by_mesh_and_back(obj, offset):
+    """As after Set Origin: the object is near, but its points were rounded before."""
+    by_mesh(obj, offset)
+    by_matrix(obj, [-o for o in offset])
+
+
+@pytest.mark.parametrize("move", [by_matrix, by_mesh, by_mesh_and_back])
+@pytest.mark.parametrize("unit", [1.0, 0.001], ids=["metres", "millimetres"])
+def test_coordinates_of_a_map_are_told(world, told, move, unit):
+    world.scene.unit_settings.scale_length = unit
+    furnish(world, 1.0 / unit)
+    for obj in bpy.context.scene.objects:
+        move(obj, (450_000.0 / unit, 5_428_000.0 / unit, 0.0))
+    (found,) = told("coarse")
+    assert found.text.startswith("Objects that are so far from the origin")
+    assert "rounds their points to 0.5 m" in found.text if unit == 1.0 else "rounds" in found.text
+    assert len(found.objects) == 19 and "ifc_to_obj.py" in found.mend
+
+
+@pytest.mark.parametrize(("far", "is_told"), [(16_000.0, False), (17_000.0, True)])
+def test_steps_of_more_than_a_millimetre_are_told(world, told, far, is_told):
+    world.box((1, 1, 1), (0, far, 0))
+    assert bool(told("coarse")) == is_told
+
+
+def test_an_instance_far_away_is_told_and_wide_terrain_is_not(world, told):
+    made = world.box((1, 1, 1), name="Shed")
+    world.instance("Far", world.aside("shed", made), (60_000.0, 0, 0))
+    world.box((60_000, 60_000, 1), (0, 0, -1), "Terrain")
+    (found,) = told("coarse")
+    assert found.objects == ("Shed in Far",)

@@ -75,6 +75,7 @@ def test_a_hinged_door_reads_closed_and_from_five_degrees_open(world, yaw, capfd
     door = Door(world, yaw)
     switch = door.fit([door.wall])
     told = capfd.readouterr().out
+    assert bpy.context.object.angen_sensor.update_rate == 10.0
     assert "Fitted the hinged door 'leaf'" in told and "Warning" not in told
     assert not is_open(world, switch)
     for degrees in (5, 7, 10, 20, 45, 60, 75, 90):
@@ -308,6 +309,16 @@ def test_a_door_is_fitted_once(world):
     door.fit()
     with pytest.raises(RuntimeError, match="has the switch 'Switch leaf' already"):
         door.fit()
+
+
+def test_the_switch_is_in_the_room_before_the_door(world):
+    """The leaf is flush with the wall's face at y = 3; the switch is before that."""
+    door = Door(world)
+    for room, y in (("kitchen", 1.0), ("hall", 5.2)):
+        world.box((4, 4, 0.1), (2.5, y, -0.05), f"Floor {room}")
+        world.sensor("LIGHT", f"Light {room}", room=room).location = (0, y, -3)
+    world.update()
+    assert door.fit().angen_sensor.room == "kitchen"
 
 
 def test_what_stands_in_the_gap_is_told(world, capfd):

@@ -283,6 +283,41 @@ def test_import_in_the_window_is_one_undo_step(world, listed, tmp_path):
         bpy.ops.angen.import_layout(filepath=str(path))
 
 
+def test_what_the_window_exports_another_home_imports(world, listed, tmp_path):
+    obj = world.pir(range_max=3.0)
+    obj.location = (1, 2, 2.5)
+    world.switch(threshold=0.2)
+    world.update()
+    before, path = listed(), tmp_path / "home.json"
+    assert bpy.ops.angen.export_layout(filepath=str(path)) == {"FINISHED"}
+    assert json.loads(path.read_text(encoding="utf-8")) == before
+    for sensor in world.sensors():
+        bpy.data.objects.remove(sensor.object)
+    world.update()
+    assert not bpy.ops.angen.export_layout.poll()
+    assert bpy.ops.angen.import_layout(filepath=str(path)) == {"FINISHED"}
+    assert listed() == before
+    bpy.ops.object.select_all(action="DESELECT")
+    with pytest.raises(RuntimeError, match="No sensor is selected"):
+        bpy.ops.angen.export_layout(filepath=str(path), selected_only=True)
+    with pytest.raises(RuntimeError, match="nowhere"):
+        bpy.ops.angen.export_layout(filepath=str(tmp_path / "nowhere" / "home.json"))
+
+
+def test_a_layout_is_exported_from_the_file_menu_beside_the_home(world, listed, tmp_path):
+    appended = [f.__name__ for f in bpy.types.TOPBAR_MT_file_export.draw._draw_funcs]
+    assert "draw_in_export_menu" in appended
+    world.pir("PIR left")
+    world.pir("PIR right").select_set(True)
+    bpy.data.objects["PIR left"].select_set(False)
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "home.blend"))
+    bpy.ops.angen.export_layout(filepath="//chosen.json", selected_only=True)
+    found = json.loads((tmp_path / "chosen.json").read_text(encoding="utf-8"))
+    assert [sensor["name"] for sensor in found] == ["PIR right"]
+    with pytest.raises(RuntimeError, match=tmp_path.name):
+        bpy.ops.angen.export_layout(filepath=str(tmp_path))
+
+
 def test_the_example_of_the_docs_is_a_layout(world, listed, apply):
     (example,) = re.findall(r"```json\n(.*?)```", DOCS.read_text(encoding="utf-8"), re.DOTALL)
     world.link("Frame bathroom", None, (1, 2, 0))

@@ -487,6 +487,12 @@ def test_what_is_selected_or_hovered_has_its_label_in_any_crowd(arranged):
     assert at_the_edge[0][2] <= 766 and at_the_edge[1][0] >= 0 and at_the_edge[1][1] >= 0
 
 
+def test_what_is_selected_has_its_label_among_its_own_handles(arranged):
+    around = [(340.0, 240.0, 460.0, 360.0)]
+    assert arranged([(400.0, 300.0)], [(150.0, 17.0)], covered=around) == {}
+    assert list(arranged([(400.0, 300.0)], [(150.0, 17.0)], covered=around, wanted=[0])) == [0]
+
+
 def test_what_is_active_has_its_label_where_idle_ones_crowd_it(arranged):
     """Nearer idle sensors leave no space beside the last; once active, it takes theirs."""
     sizes = [(150.0, 17.0)] * len(CLOSE)
@@ -533,6 +539,18 @@ def labels_of(world, addon_part):
         return set(board.rooms)
 
     return run
+
+
+def test_labels_lie_above_signs(addon_part, monkeypatch):
+    """A selected sensor has its label in any crowd: also above the sign of another sensor."""
+    labels, part = addon_part("angen_addon.view.overlay.labels"), types.SimpleNamespace
+    monkeypatch.setattr(labels, "_batch", lambda points, colours, kind: np.array(points))
+    rows = [part(shown=part(icon=icon)) for icon in (readings.ACTIVE, readings.IDLE)]
+    plate = (10.0, 0.0, 90.0, 20.0)
+    drawn = labels._batches([plate], rows, [(0.0, 10.0), (50.0, 10.0)], [], 5.0)
+    order = [(kind, tuple(points.min(axis=0)), tuple(points.max(axis=0))) for kind, points in drawn]
+    assert [kind for kind, *_ in order] == ["TRIS", "LINES", "TRIS"]
+    assert order[-1][1:] == ((10.0, 0.0), (90.0, 20.0))
 
 
 def test_what_lies_over_a_view_of_a_small_window(addon_part):

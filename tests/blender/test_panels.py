@@ -14,11 +14,16 @@ import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.kinds import appearance_of
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.state import CACHE as cache
 from bl_ext.user_default.angen_sensors.operators import show
-from bl_ext.user_default.angen_sensors.panels.table import sorted_and_filtered
+from bl_ext.user_default.angen_sensors.panels.table import (
+    NAME_SHARE,
+    _room_for_name,
+    sorted_and_filtered,
+)
 from bl_ext.user_default.angen_sensors.sensor_logic import parameters
 from bl_ext.user_default.angen_sensors.sensor_logic.kinds import KINDS
 from bl_ext.user_default.angen_sensors.sensor_logic.parameters import specs
 from bl_ext.user_default.angen_sensors.sensor_logic.report.facts import figures
+from bl_ext.user_default.angen_sensors.sensor_logic.report.svg import shortened
 from mathutils import Quaternion, Vector
 from panel_layout import PANELS, activate, drawn, pad, pad_under_a_box, panel_of
 
@@ -289,6 +294,18 @@ def home(world):
     world.scene.frame_set(1)
     world.scene.frame_set(2)
     return world
+
+
+@pytest.mark.parametrize("wide", [240, 320, 420])
+def test_names_that_differ_at_the_end_only_differ_in_the_table(wide):
+    names = [
+        f"Motion detector of the living room, {end}" for end in ("sofa", "door", "east", "west")
+    ]
+    region = SimpleNamespace(width=wide)
+    context = SimpleNamespace(region=region, preferences=bpy.context.preferences)
+    room = _room_for_name(context, NAME_SHARE)
+    assert len({shortened(name, room, 11.0) for name in names}) == 4
+    assert shortened("Door b", room, 11.0) == "Door b"
 
 
 def table(**settings):

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Sensors on surfaces: their place and direction by hit point and normal, and their housing."""
 
+import functools
 import itertools
 import math
 import types
@@ -165,6 +166,33 @@ def test_the_normal_faces_the_user_however_the_object_is_scaled(world, meets, sc
         assert max(abs(c) for c in local) > 0.5, "outwards"
         inside = meets((0, 0, 0), direction)
         assert inside.normal.dot(direction) < 0, "towards who looks"
+
+
+@pytest.mark.parametrize("way", ["itself", "instanced", "linked", "same name"])
+def test_a_wall_of_a_linked_home_is_placed_on_but_is_no_parent(world, meets, tmp_path, way):
+    wall = world.box((4, 0.2, 3), (0, 2, 0), "Outer walls")
+    if way != "itself":
+        flat = world.aside("flat", wall)
+        if way == "linked":
+            path = world.save_library(tmp_path / "home.blend", flat)
+            with bpy.data.libraries.load(str(path), link=True) as (_, target):
+                target.collections = ["flat"]
+            flat = target.collections[0]
+        world.instance("Home", flat)
+    if way == "same name":
+        world.link(wall.name, None)
+    world.update()
+    hit = meets((0, 0, 0), (0, 1, 0))
+    assert hit.object.name.startswith("Outer walls") and hit.whole == (way == "itself")
+    made = types.SimpleNamespace(
+        kind="PIR", preset="", turn=0.0, follow=False, _typed=place.TypedLength(),
+    )  # fmt: skip
+    made._matrix = functools.partial(place.ANGEN_OT_sensor_place._matrix, made)
+    place.ANGEN_OT_sensor_place._place_at(made, bpy.context, hit)
+    values = {"location": made.location, "normal": made.normal, "surface": made.surface}
+    assert bpy.ops.angen.sensor_place(kind="PIR", **values) == {"FINISHED"}
+    assert bpy.context.object.location.y == pytest.approx(1.9, abs=0.05)
+    assert bpy.context.object.parent is None
 
 
 def test_backs_of_faces_are_passed_where_the_view_culls_them(world, meets):

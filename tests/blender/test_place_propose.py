@@ -231,7 +231,7 @@ def test_discarding_a_proposal_brings_back_the_map_before(flat: Any) -> None:
     for count in (2, 1):
         flat.scene.angen_coverage.count = count
         ops.place_propose()
-    assert "Only the proposed places" in _panel()
+    assert "Only proposed places count" in _panel()
     assert shown.summary(flat.scene)["rooms"] != before[2]["rooms"]
     ops.place_discard()
     assert (_map(flat).name, len(_map(flat).data.polygons), shown.summary(flat.scene)) == before

@@ -83,6 +83,32 @@ def test_no_live_reading_is_of_a_later_frame(door):
     assert told().origin == "Live, read at frame 5", "forwards the same update stands"
 
 
+def test_the_extensions_own_playback_is_no_edit_for_live_sensors(door):
+    live, scene = part("angen_addon.runtime.live").live_of(door.scene), door.scene
+
+    def edits():
+        before = live.edits
+        for frame in range(3, 8):
+            scene.frame_set(frame)
+        return live.edits - before
+
+    scene.frame_set(2)
+    for started in bpy.app.handlers.animation_playback_pre:
+        started(scene)
+    assert edits() == 0, "the scene is read anew at each frame of playback"
+    for ended in bpy.app.handlers.animation_playback_post:
+        ended(scene)
+
+    def meddles(*_):
+        pass
+
+    bpy.app.handlers.frame_change_post.append(meddles)
+    try:
+        assert edits() > 0, "another extension's handler may have moved anything"
+    finally:
+        bpy.app.handlers.frame_change_post.remove(meddles)
+
+
 def test_an_edit_makes_live_readings_old(door):
     door.scene.frame_set(20)
     assert told().text.startswith("Open") and told().icon == readings.ACTIVE

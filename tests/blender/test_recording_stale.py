@@ -101,6 +101,23 @@ def switch():
     return named("Front door").angen_sensor
 
 
+def test_the_reason_names_an_object_that_joins_the_scene_after_it_was_made(home):
+    """Blender first imports a dropped asset, and then places it in the scene."""
+    made = bpy.data.objects.new("dropped", bpy.data.meshes.new("dropped"))
+    home.update()
+    # An edit of something else comes between.
+    named("shelf").location.x += 1.0
+    home.update()
+    named("shelf").location.x -= 1.0
+    home.update()
+    home.scene.collection.objects.link(made)
+    home.update()
+    assert "'dropped' (new)" in stale() and SHOWN not in stale()
+    bpy.data.objects.remove(made)
+    home.update()
+    assert stale() == ""
+
+
 @pytest.mark.parametrize("kind", ["box", "sensor"])
 def test_what_is_added_and_deleted_again_leaves_it_fresh(home, kind):
     if kind == "box":

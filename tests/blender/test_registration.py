@@ -201,3 +201,27 @@ def test_every_parameter_is_a_property_that_overrides_can_change():
                 assert found.default == pytest.approx(default)
     for name in ("kind", "enabled", "update_rate", "active", "value"):
         assert group[name].is_overridable
+
+
+def path_fields():
+    """Return the fields for paths of all types and operators of the extension, by name."""
+    operators = [getattr(bpy.ops.angen, name).get_rna_type() for name in dir(bpy.ops.angen)]
+    groups = [
+        cls.bl_rna
+        for cls in bpy.types.PropertyGroup.__subclasses__()
+        if cls.__module__.startswith(ADDON) and hasattr(cls, "bl_rna")
+    ]
+    return {
+        f"{owner.identifier}.{prop.identifier}": prop
+        for owner in operators + groups
+        for prop in owner.properties
+        if prop.type == "STRING" and prop.subtype in {"FILE_PATH", "DIR_PATH"}
+    }
+
+
+@pytest.mark.skipif(bpy.app.version < (4, 5, 0), reason="fields show no relative path in red")
+def test_a_path_relative_to_the_file_is_not_shown_in_red():
+    found = path_fields()
+    assert {"AngenDay.routine", "AngenDay.out", "AngenStudy.file"} <= found.keys()
+    assert len([name for name in found if name.startswith("ANGEN_OT")]) >= 8
+    assert [name for name, prop in found.items() if not prop.is_path_supports_blend_relative] == []

@@ -59,6 +59,13 @@ def test_the_study_of_the_panel_is_that_of_the_selected_sensors(home, wanted, ad
     assert told == f"angen study run '{path}' --out '{path.with_suffix('')}'"
 
 
+def test_a_study_is_written_beside_the_home(home, wanted, addon_part) -> None:
+    bpy.ops.angen.study_vary(parameter="hold_time")
+    assert bpy.ops.angen.study_write(filepath="//angen_beside.toml") == {"FINISHED"}
+    study = addon_part("studies.study").read(home.with_name("angen_beside.toml"))
+    assert study.homes == (home.resolve(),)
+
+
 def test_what_cannot_be_written_or_shown_is_told(home, wanted) -> None:
     with pytest.raises(RuntimeError, match="Add a parameter to vary"):
         bpy.ops.angen.study_write(filepath=str(home.parent / "s.toml"))

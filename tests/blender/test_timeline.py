@@ -2,12 +2,13 @@
 """The sensors' timeline: spans, events, how they are drawn, and markers."""
 
 import random
+from types import SimpleNamespace
 
 import bpy
 import numpy as np
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.state import CACHE
-from bl_ext.user_default.angen_sensors.angen_addon.view.timeline import layout
+from bl_ext.user_default.angen_sensors.angen_addon.view.timeline import draw, layout
 from bl_ext.user_default.angen_sensors.angen_addon.view.timeline.layout import TimelineRegion
 from bl_ext.user_default.angen_sensors.operators import markers as module
 from bl_ext.user_default.angen_sensors.sensor_logic import log, model
@@ -145,6 +146,19 @@ def test_a_curve_keeps_its_peaks(addon_part, drawn):
     assert min(tops) == pytest.approx(15 / 4, abs=0.5)
 
 
+def test_names_that_differ_at_the_end_only_differ_in_a_narrow_list(drawn):
+    rows = []
+    for number, end in enumerate(("window", "door", "sofa")):
+        rows += drawn([(1, 101, layout.ACTIVE)], name=f"PIR living room, {end}", uid=number).rows
+    some = layout.History(tuple(rows), 1.0, 101.0)
+    narrow = view(top=200.0)._replace(width=110)
+    words = layout.labels(some, narrow, frozenset(), ground=True).words
+    assert len({word.text for word in words}) == 3
+    assert all(word.text.startswith("PIR") and len(word.text) * 6 <= 110 for word in words)
+    wide = layout.labels(some, view(top=200.0), frozenset(), ground=True).words
+    assert [word.text for word in wide] == [row.name for row in rows]
+
+
 @pytest.mark.parametrize("count", [1, 22, 500])
 def test_rows_keep_within_the_region_and_what_does_not_fit_is_told(drawn, count):
     rows = []
@@ -167,6 +181,17 @@ def test_rows_keep_within_the_region_and_what_does_not_fit_is_told(drawn, count)
         text = f"{left_out} {what} not shown: make this editor higher"
         assert told == ([text] if left_out and has_room else [])
         assert len(names.words) in (0, len(strips))
+
+
+def test_names_wider_than_the_list_of_channels_keep_their_ends(drawn):
+    names = [f"Motion detector in the corridor upstairs {n}" for n in (1, 2)]
+    rows = tuple(drawn([(1, 101, layout.IDLE)], name=name, uid=name).rows[0] for name in names)
+    some = layout.History(rows, 1.0, 101.0)
+    narrow = layout.labels(some, view(width=120), frozenset(), ground=True)
+    assert len({word.text for word in narrow.words}) == 2
+    assert all("…" in word.text for word in narrow.words)
+    wide = layout.labels(some, view(width=600), frozenset(), ground=True)
+    assert [word.text for word in wide.words] == names
 
 
 def test_rows_stand_by_room_and_kind_and_sensors_without_a_track_are_told_as_off(world):
@@ -282,6 +307,46 @@ def home(world):
     world.update()
     assert bpy.ops.angen.simulate() == {"FINISHED"}
     return world
+
+
+def test_the_header_tells_why_there_are_no_rows(home, monkeypatch):
+    # Without a window the scale of the interface is 0.
+    limits = draw.SCROLL_BAR, draw.SCRUB
+    monkeypatch.setattr(draw, "_row_limits", lambda _, r: (limits[0], r.height - limits[1], 1.0))
+
+    def told(height):
+        area = SimpleNamespace(regions=[SimpleNamespace(type="WINDOW", height=height, width=400)])
+        space = SimpleNamespace(mode=draw.MODE)
+        layer = bpy.context.view_layer
+        context = SimpleNamespace(scene=home.scene, view_layer=layer, area=area, space_data=space)
+        return draw.why_no_rows(context)
+
+    assert told(200) == "" and told(24) == "Too low for rows of sensors"
+    # Rows by setting, without one that the setting selects.
+    select()
+    for rows, text in (("SELECTED", "Select sensors for rows"), ("ROOM", "Make a sensor active")):
+        home.scene.angen_timeline.rows = rows
+        assert told(200) == text
+    select("pir")
+    assert told(200) == ""
+    home.scene.angen_timeline.rows = "ALL"
+    world = home
+    # Gaps between rooms leave no height for rows, although the region is higher than a row.
+    for number, name in enumerate(("switch", "pir")):
+        bpy.data.objects[name]["room"] = f"room {number}"
+    world.update()
+    assert bpy.ops.angen.simulate() == {"FINISHED"}
+    most = next(height for height in range(24, 200) if not told(height))
+    assert all(told(height) == "Too low for rows of sensors" for height in range(24, most))
+    history = layout.history_of(CACHE.recording(home.scene), home.sensors())
+    for height in range(most, 200):
+        region = TimelineRegion(400, limits[0], height - limits[1], 1.0, 0.0, 1.0)
+        assert layout.place(history.rows, region)
+    world.sensor("PIR", "another")
+    world.update()
+    assert told(200) == told(24) == "Stale: simulate again"
+    home.scene.angen_timeline.show = False
+    assert told(24) == ""
 
 
 def select(*names):

@@ -382,6 +382,9 @@ def test_lengths_are_shown_in_what_the_scene_shows_and_what_was_typed_has_no_exp
     assert CENTIMETRES.typed(0.05) == "5 cm" and FEET.typed(3.048) == "10 ft"
     # No other value is a length.
     assert measured(3.0, "N", 2, FEET) == "3.00 N"
+    # Halves are rounded up.
+    assert measured(27.25, "°C", 1) == short(27.25, "°C") == "27.3 °C"
+    assert measured(-0.25, "°C", 1) == "-0.3 °C"
     assert typed(10_000_000.0, "Ω") == "10 MΩ" and typed(6880.0, "Ω") == "6.88 kΩ"
     assert typed(54_612.5, "lx") == "54612.5 lx"
     assert typed(2_000_000.0, "lx") == "2000000 lx"

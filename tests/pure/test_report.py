@@ -197,7 +197,12 @@ def test_a_day_of_500_busy_sensors_is_small() -> None:
 def test_texts_are_cut_to_their_place_and_every_kind_has_its_own_colour() -> None:
     assert shortened("short", 100, 12) == "short"
     cut = shortened("a very long name of a sensor in the hall", 100, 12)
-    assert cut.endswith("…") and text_width(cut, 12) <= 100
+    assert "…" in cut and text_width(cut, 12) <= 100
+    # Names that differ only at their end, or only at their beginning, are still told apart.
+    long = "Motion detector in the corridor upstairs"
+    for names in ([f"{long} {n}" for n in (1, 2, 13)], [f"{n} {long}" for n in ("A", "B")]):
+        assert len({shortened(name, 100, 12) for name in names}) == len(names)
+    assert shortened("wide", 1, 12) == "…"
     assert safe("<&>") == "&lt;&amp;&gt;"
     assert ticks(0.0, 9.5, 5) == [0.0, 2.0, 4.0, 6.0, 8.0, 10.0]
     assert len(KINDS) <= HUES

@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ....sensor_logic.arrays import are_equal
 from ....sensor_logic.model import Answers, Array
 from ..instances import Uid
 from . import changing_shapes
@@ -76,7 +77,7 @@ class RayBundle:
     def same(self, other: RayBundle) -> bool:
         """Return whether another bundle has equal rays."""
         own = self.origins, self.directions, self.length
-        return all(map(np.array_equal, own, (other.origins, other.directions, other.length)))
+        return are_equal(own, (other.origins, other.directions, other.length))
 
     def box(self, ranges: Array) -> tuple[Array, Array]:
         """Return the bounds (3,), (3,) of the rays, each cut off at its range in `ranges` (n,)."""

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ....sensor_logic.arrays import are_equal
 from ....sensor_logic.geometry.sweep import (
     Movement,
     RayCrossings,
@@ -107,7 +108,7 @@ class SweptRays:
         """Return whether another object has equal rays and an equal pose."""
         mine = self.matrix, self.origins, self.directions, self.length
         its = other.matrix, other.origins, other.directions, other.length
-        return all(map(np.array_equal, mine, its))
+        return are_equal(mine, its)
 
     @cached_property
     def ends(self) -> Array:

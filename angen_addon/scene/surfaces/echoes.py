@@ -17,6 +17,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from ....sensor_logic.arrays import are_equal
 from ....sensor_logic.model import Answers, Array, Index
 from ....sensor_logic.radio.echoes import ECHOES, Echoes
 from ....sensor_logic.radio.properties import AUTO, THICKNESS, THIN, YES, is_textile
@@ -154,7 +155,7 @@ def _entries(crossed: _Entries) -> _Entries:
 
 
 def _is_same(known: tuple[Rays, Index, _Entries], rays: Rays, version: Index) -> bool:
-    return np.array_equal(known[1], version) and all(map(np.array_equal, known[0], rays))
+    return np.array_equal(known[1], version) and are_equal(known[0], rays)
 
 
 class EchoProbe(SurfaceProbe):

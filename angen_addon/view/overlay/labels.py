@@ -51,7 +51,8 @@ def arrange(
     order
         The numbers of the markers that may have a label, in the order in which labels are placed.
     wanted
-        The numbers of the labels to place before all others. They may overlap other labels.
+        The numbers of the labels to place before all others. They may overlap other labels, and
+        where nothing else is free what is `covered` too.
     free
         The part of the region for labels.
     covered
@@ -68,6 +69,7 @@ def arrange(
         The rectangles of the labels that fit, by number of the marker.
     """
     placed: dict[int, Rect] = {}
+    points = np.array(markers, np.float64).reshape(-1, 2)
     turns = list(order)
     for number in sorted(turns, key=lambda n: 0 if n in wanted else 1 if n in first else 2):
         taken = [*covered, *placed.values()]
@@ -75,17 +77,31 @@ def arrange(
         inside = [plate for plate in plates if _contains(free, plate)]
         found = [p for p in inside if not any(_overlaps(p, other) for other in taken)]
         if number in wanted:
-            found = found or [p for p in inside if not any(_overlaps(p, one) for one in covered)]
-        elif number not in first:
-            found = [p for p in found if not _count_other_markers(p, markers, number, off)]
-        if found:
-            placed[number] = min(found, key=lambda p: _count_other_markers(p, markers, number, off))
+            # The handles of a small sensor can be all around its sign.
+            over = {p: sum(_overlaps(p, one) for one in covered) for p in inside}
+            found = found or [p for p in inside if over[p] == min(over.values())]
+        counts = _count_other_markers(found, points, number, APART * off)
+        best = min(range(len(found)), key=counts.__getitem__, default=None)
+        if best is not None and (number in wanted | first or not counts[best]):
+            placed[number] = found[best]
     return placed
 
 
-def _count_other_markers(plate: Rect, markers: Sequence[Point], own: int, off: float) -> int:
-    """Return how many markers, except the one `own`, are within APART times `off` of a label."""
-    return sum(n != own and _near(plate, m, APART * off) for n, m in enumerate(markers))
+def _count_other_markers(
+    plates: list[Rect], points: NDArray[np.float64], own: int, distance: float
+) -> list[int]:
+    """Return for each label how many markers, except the one `own`, are nearer than `distance`.
+
+    `points` (n, 2) are the markers, and `plates` the rectangles of labels, all in pixels.
+    """
+    if not plates:
+        return []
+    edges = np.array(plates)[:, None]
+    away = np.maximum(np.maximum(edges[..., :2] - points, points - edges[..., 2:]), 0.0)
+    near = (away * away).sum(axis=2) < distance * distance
+    near[:, own] = False
+    counts: list[int] = near.sum(axis=1).tolist()
+    return counts
 
 
 def _plates_beside(marker: Point, size: Point, off: float) -> list[Rect]:
@@ -407,7 +423,7 @@ def _plate_width(context: Any, texts: tuple[str, str]) -> float:
     if not any(texts):
         return 0.0
     scale = context.preferences.system.ui_scale
-    name, value = (_text_width(text, FONT * scale) for text in texts)
+    name, value = (_text_width(context, text) for text in texts)
     return name + value + (GAP * scale if all(texts) else 0.0) + 2 * PADDING * scale
 
 
@@ -417,17 +433,26 @@ def _words(context: Any, plate: Rect, texts: tuple[str, str], one: ReadingText) 
     found = []
     if texts[0]:
         found.append(Word(x, y, texts[0], NAME))
-        x += _text_width(texts[0], FONT * scale) + GAP * scale
+        x += _text_width(context, texts[0]) + GAP * scale
     if texts[1]:
         found.append(Word(x, y, texts[1], (*LOOKS[one.icon].colour, 1.0)))
     return found
 
 
-def _text_width(text: str, size: float) -> float:
+def _text_width(context: Any, text: str) -> float:
+    """Return the width of a text of a label in pixels."""
+    preferences = context.preferences
+    scale, font = preferences.system.ui_scale, preferences.view.font_path_ui
+    return _measured_width(text, FONT * scale, font) if text else 0.0
+
+
+# Each redraw takes 20 µs longer for each label without the cache.
+@lru_cache(maxsize=1024)
+def _measured_width(text: str, size: float, _font: str) -> float:
     import blf
 
     blf.size(TEXT_SIZE_FONT, size)
-    return float(blf.dimensions(TEXT_SIZE_FONT, text)[0]) if text else 0.0
+    return float(blf.dimensions(TEXT_SIZE_FONT, text)[0])
 
 
 def _draw(context: Any, board: RegionLabels) -> None:
@@ -460,7 +485,7 @@ def _batches(
     marked: list[Point],
     sign: float,
 ) -> list[tuple[str, Any]]:
-    """Return the type and the GPU batch of all signs, of the rings around signs, and of labels.
+    """Return the type and the GPU batch of all signs with their rings, and then of labels.
 
     `marked` are the markers with a ring. `sign` is the radius of a sign in pixels.
     """
@@ -474,11 +499,12 @@ def _batches(
         counts = [len(part) for part in corners[1:]]
         at = np.concatenate(corners) * np.float32(sign) + np.repeat(places, counts, axis=0)
         coloured = np.concatenate([NO_COLOURS, *(shape[colours] for shape in shapes)])
-        if kind == "TRIS" and plates:
-            at = np.concatenate([at, _quads(plates)])
-            coloured = np.concatenate([coloured, np.tile(PLATE_COLOUR, (6 * len(plates), 1))])
         if len(at):
             found.append((kind, _batch(at, coloured, kind)))
+    if plates:
+        # Above all signs: a sign of another sensor would make the text hard to read.
+        ground = np.tile(PLATE_COLOUR, (6 * len(plates), 1))
+        found.append(("TRIS", _batch(_quads(plates), ground, "TRIS")))
     return found
 
 

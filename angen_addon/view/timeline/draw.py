@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Draw the history of sensors over the Timeline and the Dope Sheet."""
+"""Draw the history of sensors over the Timeline."""
 
 from __future__ import annotations
 
@@ -21,13 +21,21 @@ from .layout import (
     TimelineRegion,
     TimelineText,
     labels,
+    place,
     strips,
 )
 
-MODES = {"TIMELINE", "DOPESHEET"}
+# The mode of the editor in which rows are drawn: in a Dope Sheet they would cover keyframes.
+MODE = "TIMELINE"
 # Heights in pixels at an interface scale of 1: scrubbing area, scroll bar, row of markers.
 SCRUB, SCROLL_BAR, MARKERS = 24.0, 16.0, 22.0
 MOST_PAINTERS = 24
+# Why there are no rows, by the setting `rows`. Longer texts do not fit the header at 1280 pixels.
+NO_ROWS = {
+    "ALL": "No sensors",
+    "ROOM": "Make a sensor active",
+    "SELECTED": "Select sensors for rows",
+}
 
 
 class Painter:
@@ -79,7 +87,7 @@ def sensors_with_rows(settings: Any, sensors: list[Sensor], context: Any) -> lis
 
 def draw_window() -> None:
     """Draw the rows: the draw handler of the timeline's main region."""
-    found = _rows_here()
+    found = _rows_here(bpy.context)
     if found is None:
         return
     history, chosen, settings = found
@@ -97,7 +105,7 @@ def draw_window() -> None:
 
 def draw_channels() -> None:
     """Draw the names of the rows: the draw handler of the list of channels beside the timeline."""
-    found = _rows_here()
+    found = _rows_here(bpy.context)
     if found is None or bpy.context.region.width <= 1:
         return
     history, chosen, settings = found
@@ -110,11 +118,10 @@ def draw_channels() -> None:
     _painter("list").paint(key, lambda: labels(history, view, chosen, ground=True))
 
 
-def _rows_here() -> tuple[History, frozenset[Uid], Any] | None:
+def _rows_here(context: Any) -> tuple[History, frozenset[Uid], Any] | None:
     """Return the rows of the present region, the highlighted uids and the settings, or None."""
-    context = bpy.context
     scene, space = context.scene, context.space_data
-    if scene is None or not scene.angen_timeline.show or space.mode not in MODES:
+    if scene is None or not scene.angen_timeline.show or space.mode != MODE:
         return None
     recording = state.CACHE.recording(scene)
     if recording is None:
@@ -128,6 +135,25 @@ def _rows_here() -> tuple[History, frozenset[Uid], Any] | None:
     active = stands_for(context.view_layer.objects.active)
     chosen = frozenset(s.uid for s in sensors if s.handle == active or s.selected)
     return history, chosen, settings
+
+
+def why_no_rows(context: Any) -> str:
+    """Return why the timeline shows no rows although it should, in a few words; else ""."""
+    scene, kept = context.scene, state.CACHE.kept(context.scene)
+    if not scene.angen_timeline.show or kept is None:
+        return ""
+    if kept.stale:
+        return "Stale: simulate again"
+    region = next((r for r in context.area.regions if r.type == "WINDOW"), None)
+    found = _rows_here(context)
+    if region is None or found is None:
+        return ""
+    history, _, settings = found
+    if not history.rows:
+        return NO_ROWS[settings.rows]
+    bottom, top, scale = _row_limits(scene, region)
+    view = TimelineRegion(region.width, bottom, top, scale, 0.0, 1.0)
+    return "" if place(history.rows, view) else "Too low for rows of sensors"
 
 
 def _painter(what: str) -> Painter:

@@ -19,7 +19,9 @@ from numpy.typing import NDArray
 from ....sensor_logic.kinds import KINDS
 from ....sensor_logic.log import Indices, event_rows, log_indices, shown_rows
 from ....sensor_logic.model import Array
+from ....sensor_logic.palette import KIND_COLOURS, rgba
 from ....sensor_logic.recording.tracks import Recording, Track
+from ....sensor_logic.report.svg import shortened
 from ...scene.instances import Uid
 
 IDLE, ACTIVE, INVALID, OFF = 0, 1, 2, 3
@@ -193,15 +195,8 @@ HISTORIES = Histories()
 
 
 Colour = tuple[float, float, float, float]
-# Colours by number of the kind, which colour-blind people can tell apart (Okabe and Ito).
-COLOURS: tuple[Colour, ...] = (
-    (0.902, 0.624, 0.0, 1.0),
-    (0.337, 0.706, 0.914, 1.0),
-    (0.0, 0.720, 0.540, 1.0),
-    (0.941, 0.894, 0.259, 1.0),
-    (0.8, 0.475, 0.655, 1.0),
-    (0.835, 0.369, 0.0, 1.0),
-)
+# Colours by number of the kind, as in reports on dark ground.
+COLOURS: tuple[Colour, ...] = tuple(rgba(dark) for _, dark in KIND_COLOURS)
 GROUND: Colour = (0.10, 0.10, 0.10, 0.80)
 CHOSEN: Colour = (1.0, 1.0, 1.0, 0.10)
 RULE: Colour = (1.0, 1.0, 1.0, 0.22)
@@ -368,7 +363,9 @@ def labels(
         if high >= LEAST_NAMED * view.scale:
             size = min(LETTER * view.scale, high - 3)
             colour = BRIGHT if row.uid in chosen else WORD
-            picture.words.append(TimelineText(4 * view.scale, y + high / 2, row.name, size, colour))
+            left = 4 * view.scale
+            name = shortened(row.name, view.width - 2 * left, size)
+            picture.words.append(TimelineText(left, y + high / 2, name, size, colour))
     return picture
 
 

@@ -13,7 +13,7 @@ class AngenTimeline(PropertyGroup):
 
     show: BoolProperty(
         name="Sensor History",
-        description="Show the recording of the sensors in the Timeline and the Dope Sheet",
+        description="Show the recording of the sensors in the Timeline",
         default=True,
     )
     rows: EnumProperty(

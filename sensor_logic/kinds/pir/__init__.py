@@ -68,6 +68,7 @@ KIND = Kind(
             "rad",
             0,
             tip="Tilt of the fan below the horizon at this update",
+            word="tilt",
             **SCAN,
         ),
         Field("moved", bool),

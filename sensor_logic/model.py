@@ -210,6 +210,11 @@ class Update:
         found = self.hits[need](*question) if need in self.hits else None
         return None if found is None else found.met
 
+    def names_hit(self, need: str, *question: Any) -> list[str]:
+        """Return the names (n,) of the objects that the rays of a query hit, empty for none."""
+        found = self.solids_hit(need, *question)
+        return [""] * len(question[1]) if found is None else list(map(self.name_of, found.tolist()))
+
 
 @dataclass(frozen=True)
 class Updates:

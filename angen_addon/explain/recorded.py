@@ -10,6 +10,7 @@ from ...sensor_logic.clock import Schedule
 from ...sensor_logic.error import AngenError
 from ...sensor_logic.parameters import is_chosen, label_of, specs, value_text
 from ...sensor_logic.recording.tracks import Recording, Track
+from ...sensor_logic.wording import quoted
 from ..scene.lengths import lengths_of
 from ..scene.sensors import Sensor, decimal, unit_scale
 from .facts import Explanation, Facts, at_frame
@@ -56,7 +57,7 @@ class RecordedSensor:
 
     def evidence(self, name: str, index: int) -> Any:
         """Return the value of a field of the kind's evidence at update `index`."""
-        return self.track.evidence[name][index]
+        return self.track.evidence.value(name, index)
 
     def step_of(self, index: int) -> int:
         """Return the step (a frame or a part of it) of update `index` of the track."""
@@ -113,13 +114,18 @@ def explain_plainly(recorded: RecordedSensor, index: int) -> Explanation:
     """
     kind, track, lengths = recorded.sensor.kind, recorded.track, recorded.lengths
     facts: Facts = []
-    for column, field in (
-        *((track.columns, field) for field in kind.samples),
-        *((track.evidence, field) for field in kind.evidence),
-    ):
-        value = column[field.name][index]
-        text = field.text(value, lengths) if field.type is float else str(value)
-        facts.append((field.name, ("yes" if value else "no") if field.type is bool else text))
+    values = [
+        *((field, track.columns[field.name][index]) for field in kind.samples),
+        *((field, recorded.evidence(field.name, index)) for field in kind.evidence),
+    ]
+    for field, value in values:
+        if field.type is float:
+            text = field.text(value, lengths)
+        elif field.type is str:
+            text = quoted(value) if value else "none"
+        else:
+            text = str(value) if field.type is int else ("yes" if value else "no")
+        facts.append((field.name, text))
     parameters = recorded.parameters_at(index)
     for name, spec in specs(kind.parameters).items():
         if is_chosen(parameters, spec.used_when):

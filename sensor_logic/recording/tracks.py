@@ -19,6 +19,10 @@ from ..kinds import KINDS
 from ..model import Reading
 from ..physics import TIME_TOLERANCE_S
 from .columns import Column, EvenSpacing
+from .rows import Rows
+
+# The column of evidence with the index of an update's parameters.
+PARAMETERS = "parameters"
 
 
 @dataclass(eq=False)
@@ -41,8 +45,10 @@ class Track:
     columns
         The values of each field by name; NaN for values that were not measured.
     evidence
-        The values of each field of the kind's `evidence`, by name. Empty columns in a recording of
-        an earlier version, which had none.
+        The values of each field of the kind's `evidence` by name, and in PARAMETERS the index in
+        `parameters`. No rows in a recording of an earlier version, which had none.
+    parameters
+        The different parameters that the sensor has had, each with its index.
     """
 
     sensor: str
@@ -60,10 +66,9 @@ class Track:
         self.frames, self.times = Column(float, grid=frames), Column(float, grid=times)
         self.active, self.value = Column(bool), Column(float)
         self.columns = {f.name: Column(f.type) for f in self.kind.samples}
-        self.evidence = {f.name: Column(f.type) for f in self.kind.evidence}
-        # The parameters of the sensor, and which of these it had at each update.
-        self._parameters: dict[Any, int] = {}
-        self._of_update = Column(int)
+        types = {f.name: f.type for f in self.kind.evidence}
+        self.evidence = Rows({**types, PARAMETERS: int})
+        self.parameters: dict[Any, int] = {}
 
     @property
     def kind(self) -> Kind:
@@ -73,42 +78,20 @@ class Track:
     @property
     def has_evidence(self) -> bool:
         """Whether the recording tells why the sensor read what it did."""
-        return len(self._of_update) == len(self)
+        return self.evidence.updates == len(self)
 
     def parameters_at(self, index: int) -> Any:
         """Return the parameters that the sensor had at an update."""
-        return self.all_parameters[self._of_update[index]]
+        return list(self.parameters)[self.evidence.value(PARAMETERS, index)]
 
-    @property
-    def all_parameters(self) -> list[Any]:
-        """The different parameters that the sensor has had."""
-        return list(self._parameters)
-
-    @property
-    def evidence_columns(self) -> dict[str, Column]:
-        """The columns of evidence by name, and in "parameters" the index of an update's parameters.
-
-        The index is that in `all_parameters`.
-        """
-        return {**self.evidence, "parameters": self._of_update}
-
-    def set_parameters(self, parameters: Iterable[Any]) -> None:
-        """Set `all_parameters`, for a track that is read from a file."""
-        self._parameters = {one: number for number, one in enumerate(parameters)}
-
-    def append(self, frame: float, time: float, reading: Reading, parameters: Any = None) -> None:
-        """Append one reading, and the parameters with which it was made."""
+    def append(self, frame: float, time: float, reading: Reading) -> None:
+        """Append one reading, without its evidence."""
         self.frames.append(frame)
         self.times.append(time)
         self.active.append(reading.active)
         self.value.append(reading.value)
         for name, column in self.columns.items():
-            value = reading.fields[name]
-            column.append(_missing(column) if value is None else value)
-        if parameters is not None:
-            for name, column in self.evidence.items():
-                column.append(reading.evidence[name])
-            self._of_update.append(self._number_of(parameters))
+            column.extend_numbers(column.as_numbers([reading.fields[name]], 1))
 
     def extend(
         self,
@@ -117,27 +100,23 @@ class Track:
         readings: Any,
         parameters: Any = None,
     ) -> None:
-        """Append n readings, and the parameters with which they were made.
+        """Append n readings, and their evidence unless `parameters` is None.
 
         `readings` has `active` (n,), `value` (n,), `fields` and `evidence`. The latter two have a
         list or array (n,) for each field, or None for a field that no reading measured.
+        `parameters` are those with which the readings were made.
         """
         self.frames.extend(frames)
         self.times.extend(times)
         self.active.extend(readings.active)
         self.value.extend(readings.value)
-        count = len(self.active)
+        count = len(readings.active)
         for name, column in self.columns.items():
-            _extend(column, readings.fields[name], count)
+            column.extend_numbers(column.as_numbers(readings.fields[name], count))
         if parameters is not None:
-            for name, column in self.evidence.items():
-                _extend(column, readings.evidence[name], count)
-            number = self._number_of(parameters)
-            self._of_update.extend(np.full(count - len(self._of_update), number))
-
-    def _number_of(self, parameters: Any) -> int:
-        """Return the number of parameters among those that the sensor has had."""
-        return self._parameters.setdefault(parameters, len(self._parameters))
+            number = self.parameters.setdefault(parameters, len(self.parameters))
+            which = {PARAMETERS: np.full(count, number)}
+            self.evidence.extend({**readings.evidence, **which}, count)
 
     def invalid(self) -> NDArray[np.bool_]:
         """Return the mask (n,) of the updates whose reading is not valid."""
@@ -160,7 +139,7 @@ class Track:
     def nbytes(self) -> int:
         """The memory of the readings in bytes."""
         columns = [self.frames, self.times, self.active, self.value, *self.columns.values()]
-        columns += self.evidence_columns.values()
+        columns += self.evidence.all_columns()
         return sum(column.nbytes for column in columns)
 
     def __eq__(self, other: object) -> bool:
@@ -169,8 +148,7 @@ class Track:
 
     def _content(self) -> list[Any]:
         columns = [self.frames, self.times, self.active, self.value, *self.columns.values()]
-        told = [*self.evidence_columns.values(), self.all_parameters]
-        names = list(self.columns)
+        names, told = list(self.columns), [self.evidence, list(self.parameters)]
         return [self.sensor, self.kind_name, self.uid, self.steps, names, *columns, *told]
 
     def reading_at(self, index: int) -> Field:
@@ -187,21 +165,6 @@ class Track:
         """Return the index of the last update at or before `frame`; None if there is none."""
         index = self.frames.until(frame) - 1
         return index if index >= 0 else None
-
-
-def _missing(column: Column) -> Any:
-    """Return the value of a column at updates at which a field was not measured."""
-    return {str: "", int: -1, bool: False}.get(column.type, math.nan)
-
-
-def _extend(column: Column, values: Any, count: int) -> None:
-    """Extend a column to a length of `count`; `values` is None if none was measured."""
-    missing = _missing(column)
-    if values is None:
-        values = np.full(count - len(column), missing)
-    elif isinstance(values, list):
-        values = [missing if value is None else value for value in values]
-    column.extend(values)
 
 
 @dataclass

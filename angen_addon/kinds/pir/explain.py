@@ -35,11 +35,12 @@ class RayChange:
     Attributes
     ----------
     tilt, ray
-        The number of the tilt, and of the ray within this tilt.
+        The number of the tilt, and of the ray within this tilt; −1 if only noise changed ranges,
+        and by less than the threshold.
     azimuth, elevation
         The direction of the ray, in radians.
     before, after
-        The range of the ray in the first and in the second scan, in m.
+        The range of the ray in the first and in the second scan, in m; 0 without a ray.
     names
         The objects that the ray hit in the two scans; empty for none.
     culprit
@@ -78,17 +79,20 @@ class RayChange:
 def explain_range_scan(recorded: RecordedSensor, index: int) -> Explanation:
     """Explain update `index` of a range scan by the ray whose range changed most."""
     parameters: PirParameters = recorded.parameters_at(index)
-    compared = recorded.evidence("compared", index)
-    if compared < 0:
+    ago = recorded.evidence("ago", index)
+    if ago < 0:
         text = (
             "No motion yet: this is the first scan at its tilt, so there is no scan to compare with"
         )
         return recorded.explanation(index, text, ())
     cause, lengths = _change(recorded, parameters, index), recorded.lengths
-    facts = list(_facts(cause, parameters, lengths))
-    earlier = recorded.index_of(compared, index)
-    if earlier is not None:
-        facts.insert(3, ("Compared with", recorded.when(earlier)))
+    earlier = recorded.index_of(recorded.update_number(index) - ago, index)
+    compared = [] if earlier is None else [("Compared with", recorded.when(earlier))]
+    facts = [
+        *_ray_facts(cause, parameters, lengths),
+        *compared,
+        *_facts(cause, parameters, lengths),
+    ]
     moved = _sensor_movement(recorded, index)
     if moved:
         facts.append(("Sensor", moved))
@@ -104,6 +108,8 @@ def _change(recorded: RecordedSensor, parameters: PirParameters, index: int) -> 
             "tilt", "ray", "before", "after", "hit_before", "hit_after", "culprit", "over",
         )
     )  # fmt: skip
+    if ray < 0:
+        tilt = round(recorded.track.columns["angle_rad"][index] / parameters.vertical_step)
     rays = parameters.rays
     spacing = parameters.horizontal_fov / (rays - 1) if rays > 1 else 0.0
     return RayChange(
@@ -131,14 +137,21 @@ def _hit_text(name: str, parameters: PirParameters, lengths: Lengths) -> str:
     return quoted(name) if name else f"nothing within {lengths.typed(parameters.range_max)}"
 
 
-def _facts(cause: RayChange, parameters: PirParameters, lengths: Lengths) -> list[tuple[str, str]]:
+def _ray_facts(cause: RayChange, parameters: PirParameters, lengths: Lengths) -> Facts:
+    if cause.ray < 0:
+        return []
     facts = [("Ray", _ray_text(cause, parameters))]
     for word, length, name in zip(
         ("Before", "After"), (cause.before, cause.after), cause.names, strict=True
     ):
         facts.append((word, f"{lengths.text(length)}, {_hit_text(name, parameters, lengths)}"))
+    return facts
+
+
+def _facts(cause: RayChange, parameters: PirParameters, lengths: Lengths) -> Facts:
     limit = f"threshold {lengths.typed(parameters.threshold)}"
-    facts.append(("Change", f"{lengths.text(cause.change)}, {limit}"))
+    change = NOISE if _is_noise_alone(cause, parameters) else lengths.text(cause.change)
+    facts = [("Change", f"{change}, {limit}")]
     if parameters.noise_sigma > 0.0:
         sigma = lengths.typed(parameters.noise_sigma)
         facts.append(("Noise", f"{sigma} (standard deviation) on each range"))
@@ -149,6 +162,10 @@ def _facts(cause: RayChange, parameters: PirParameters, lengths: Lengths) -> lis
     return facts
 
 
+def _is_noise_alone(cause: RayChange, parameters: PirParameters) -> bool:
+    return cause.ray < 0 and parameters.noise_sigma > 0.0
+
+
 def _culprit_text(name: str) -> str:
     return name if name == NOISE else quoted(name)
 
@@ -157,10 +174,10 @@ def _headline(cause: RayChange, parameters: PirParameters, active: bool, lengths
     if not cause.triggered:
         held = f" in the hold time of {parameters.hold_time:g} s" if parameters.hold_time else ""
         where = "" if parameters.sweep == "ALL" else f" of this update's tilt {cause.tilt}"
-        text = (
-            f"no ray{where} changed by more than {lengths.typed(cause.threshold)}; "
-            f"the largest change was {lengths.text(cause.change)}"
-        )
+        most = f"the largest change was {lengths.text(cause.change)}"
+        if _is_noise_alone(cause, parameters):
+            most = "only noise changed the ranges"
+        text = f"no ray{where} changed by more than {lengths.typed(cause.threshold)}; {most}"
         return f"{'Held on' if active else f'Still, no movement{held}'}: {text}"
     name = quoted(cause.culprit)
     ignored = "" if active else " (ignored: warm-up or blocking time)"
@@ -353,14 +370,12 @@ def _missing_to_fire(replay: Replay, index: int, found: Explanation) -> Facts:
         cause, lengths = found.cause, replay.lengths
         if cause.triggered:
             return []
-        share = cause.change / cause.threshold if cause.threshold else math.inf
-        facts = [
-            (
-                "To fire",
-                f"a range must change by more than {lengths.typed(cause.threshold)}: "
-                f"the largest change is {percent(share)} of that",
-            )
-        ]
+        share = percent(cause.change / cause.threshold if cause.threshold else math.inf)
+        much = f"the largest change is {share} of that"
+        if _is_noise_alone(cause, replay.sensor.parameters):
+            much = "only noise changes the ranges"
+        limit = lengths.typed(cause.threshold)
+        facts = [("To fire", f"a range must change by more than {limit}: {much}")]
     return [*facts, ("Nearest movement", _nearest_movement(replay, index, found))]
 
 

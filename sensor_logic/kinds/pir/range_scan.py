@@ -416,10 +416,9 @@ class RangeScan(Model):
         if stays and not parameters.noise_sigma:
             old = stacked(known)
             assert old is not None
-            evidence.add(which, old, replace(old, pose=updates.pose), tilts)
-            self._keep(
-                tilts, replace(old, number=int(updates.numbers[which[-1]]), pose=updates.pose)
-            )
+            first, last = updates.numbers[which[[0, -1]]].tolist()
+            evidence.add(which, old, replace(old, number=first, pose=updates.pose), tilts)
+            self._keep(tilts, replace(old, number=last, pose=updates.pose))
             return change
         self._last[bundle] = np.array(newest)
         rows, ranges = answers.rows, np.asarray(answers.table)

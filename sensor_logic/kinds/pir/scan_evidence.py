@@ -20,9 +20,9 @@ from ...model import Pose, Updates
 SAME = 1e-6
 SCAN = (("model", "RANGE_SCAN"),)
 FIELDS = (
-    Field("compared", int, tip="Number of the scan before at the same tilts; −1 without one"),
+    Field("ago", int, tip="Updates since the scan before at the same tilts; −1 without one"),
     Field("tilt", int, tip="Tilt of the ray whose range changed most", used_when=SCAN),
-    Field("ray", int, tip="Number of this ray", used_when=SCAN),
+    Field("ray", int, tip="Number of this ray; −1 if only noise changed ranges", used_when=SCAN),
     Field("before", float, "m", tip="Its range at the scan before", used_when=SCAN),
     Field("after", float, "m", tip="Its range at this scan", used_when=SCAN),
     Field("hit_before", str, tip="The object that it hit at the scan before", used_when=SCAN),
@@ -66,34 +66,32 @@ class Scan:
 
 
 def tell(
-    old: Scan | None, new: Scan, tilts: range, threshold: float, name_of: Callable[[int], str]
+    old: Scan, new: Scan, tilts: range, threshold: float, name_of: Callable[[int], str]
 ) -> dict[str, Any]:
-    """Return the evidence of the scan `new` of some tilts, compared with the scan before, if any.
+    """Return the evidence of the scan `new` of some tilts, compared with the scan `old`.
 
-    `threshold` is the change of a range in m that counts as movement.
+    `threshold` is the change of a range in m that counts as movement. Where nothing but noise
+    changed, and by less than that, the evidence has no ray: so it is equal for all such scans.
     """
-    if old is None or old.ranges.shape != new.ranges.shape:
-        old, compared = new, -1
-    else:
-        compared = old.number
+    found: dict[str, Any] = {"ago": new.number - old.number}
+    moved, turned = _movement(old.pose, new.pose)
+    found |= {"sensor_moved": moved, "sensor_turned": turned}
     changes = np.abs(new.ranges - old.ranges)
     row, ray = divmod(int(np.argmax(changes)), changes.shape[1])
-    names = [name_of(int(scan.solids[row, ray])) for scan in (old, new)]
+    culprit = _culprit(old, new, row, ray)
+    if not culprit and changes[row, ray] <= threshold:
+        return found
     over = np.argwhere(changes > threshold).tolist()
     culprits = Counter(name_of(_culprit(old, new, *place)) for place in over)
-    moved, turned = _movement(old.pose, new.pose)
-    return {
-        "compared": compared,
+    return found | {
         "tilt": tilts[row],
         "ray": ray,
         "before": float(old.ranges[row, ray]),
         "after": float(new.ranges[row, ray]),
-        "hit_before": names[0],
-        "hit_after": names[1],
-        "culprit": name_of(_culprit(old, new, row, ray)),
+        "hit_before": name_of(int(old.solids[row, ray])),
+        "hit_after": name_of(int(new.solids[row, ray])),
+        "culprit": name_of(culprit),
         "over": rows_text(sorted(culprits.items(), key=lambda item: (-item[1], item[0]))),
-        "sensor_moved": moved,
-        "sensor_turned": turned,
     }
 
 
@@ -120,8 +118,11 @@ class ScanEvidence:
     """The evidence of n updates: an array (n,) for each of `FIELDS`."""
 
     def __init__(self, updates: Updates, threshold: float) -> None:
-        kinds = {str: object, int: np.int64, float: np.float64}
-        self.columns = {one.name: np.zeros(len(updates), kinds[one.type]) for one in FIELDS}
+        missing = {str: "", int: -1, float: 0.0}
+        self.columns = {
+            one.name: np.full(len(updates), missing[one.type], object if one.type is str else None)
+            for one in FIELDS
+        }
         self._numbers = updates.numbers
         self._how = threshold, updates.name_of
 
@@ -130,10 +131,11 @@ class ScanEvidence:
 
         `which` (k,) has the indices of the updates, and `old` is the scan before the first of them.
         """
-        self._put(which[:1], tell(old, new, tilts, *self._how))
+        if old is not None and old.ranges.shape == new.ranges.shape:
+            self._put(which[:1], tell(old, new, tilts, *self._how))
         if len(which) > 1:
             self._put(which[1:], tell(new, new, tilts, *self._how))
-            self.columns["compared"][which[1:]] = self._numbers[which[:-1]]
+            self.columns["ago"][which[1:]] = np.diff(self._numbers[which])
 
     def _put(self, which: Index, evidence: dict[str, Any]) -> None:
         for name, value in evidence.items():

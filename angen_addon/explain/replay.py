@@ -15,36 +15,27 @@ from typing import Any
 import bpy
 import numpy as np
 
-from ...sensor_logic.kind import RAYS
 from ...sensor_logic.model import Array, Pose
-from ...sensor_logic.parameters import is_chosen, label_of, specs, value_text
-from ...sensor_logic.recording.tracks import Recording, Track
-from ...sensor_logic.wording import quoted
+from ...sensor_logic.recording.tracks import Recording
 from ..progress import finished
 from ..runtime import handlers, state
 from ..runtime.probes import Probes
 from ..runtime.sensor_runner import PendingUpdates, SensorRunner
 from ..runtime.time_base import evaluated_depsgraph
 from ..runtime.trace import Hits, NotRecorded, Trace
-from ..scene.lengths import lengths_of
-from ..scene.sensors import Sensor, all_sensors, read_pose, unit_scale
-from .facts import Explanation, Facts
+from ..scene.sensors import Sensor, all_sensors, read_pose
+from .facts import Explanation
+from .recorded import RecordedSensor
 
 
-class Replay:
+class Replay(RecordedSensor):
     """Repeats recorded updates of a sensor in the scene, to explain them.
 
     Attributes
     ----------
-    track
-        The recorded updates of the sensor.
     runner
         Runs the sensor. It keeps the state of the sensor's model from one repeated update to the
         next.
-    metres
-        Metres in a Blender unit.
-    lengths
-        Formats lengths in the scene's unit.
     probes
         Answers the sensor's queries, such as ray casts. The constructor can take the probes of
         another replay, which have already read the scene.
@@ -53,28 +44,14 @@ class Replay:
     def __init__(
         self, scene: Any, sensor: Sensor, recording: Recording, probes: Probes | None = None
     ) -> None:
-        self._set_up(scene, sensor, recording)
+        super().__init__(scene, sensor, recording)
+        self.runner = SensorRunner(sensor, self.clock)
+        self._recording = recording
+        self._trace = self.runner.trace
         self._trace.keeps = True
         self._probes = probes or Probes(scene)
         self._probes.set_sensors([sensor])
         self._driven = all_sensors(bpy.context.view_layer) if state.are_driven() else []
-
-    def _set_up(
-        self, scene: Any, sensor: Sensor, recording: Recording, trace: Trace | None = None
-    ) -> None:
-        track, clock = recording.track_of(sensor.uid), recording.clock
-        if sensor.variant:
-            # The variants of a sensor in a study have the same uid, but different names.
-            track = recording.tracks[sensor.name]
-        assert track is not None and clock is not None
-        self.scene = scene
-        self.sensor = sensor
-        self.track: Track = track
-        self.runner = SensorRunner(sensor, clock)
-        self.metres = unit_scale(scene)
-        self.lengths = lengths_of(scene)
-        self._recording = recording
-        self._trace = trace or self.runner.trace
 
     @property
     def probes(self) -> Probes:
@@ -92,29 +69,6 @@ class Replay:
     def name_of(self, number: int) -> str:
         """Return the name, for users, of the solid (an object that rays hit) with this number."""
         return self._trace.name_of(number)
-
-    def step_of(self, index: int) -> int:
-        """Return the step (a frame or a part of it) of update `index` of the track."""
-        clock = self.runner.clock
-        return round((self.track.frames[index] - clock.frame_start) * clock.substeps)
-
-    def update_number(self, index: int) -> int:
-        """Return the number of update `index` of the track, counted from t = 0.
-
-        The track can begin later than t = 0, or have gaps.
-        """
-        return self.runner.schedule.last_update(self.step_of(index))
-
-    def index_of(self, number: int, index: int) -> int | None:
-        """Convert the number of an update, counted from t = 0, to its index in the track.
-
-        Return None if the track has a gap between that update and update `index`. A sensor loses
-        its state in a gap.
-        """
-        back = self.update_number(index) - number
-        if back > index or self.update_number(index - back) != number:
-            return None
-        return index - back
 
     def evaluate_step(self, step: int) -> Any:
         """Set the scene to a step of the clock, and return the evaluated depsgraph."""
@@ -221,22 +175,6 @@ class Replay:
         matrix = self.sensor.world_matrix(evaluated_depsgraph())
         return read_pose(self.sensor, matrix, self.metres)
 
-    def explanation(
-        self,
-        index: int,
-        headline: str,
-        facts: Iterable[tuple[str, str]],
-        doubt: str = "",
-        cause: Any = None,
-    ) -> Explanation:
-        """Return an explanation of update `index`, with the sensor's name, the frame and the time.
-
-        The other parameters are the attributes of `Explanation`.
-        """
-        frame, time = self.track.frames[index], self.track.times[index]
-        name = self.sensor.name
-        return Explanation(name, index, frame, time, headline, tuple(facts), doubt, cause)
-
     def explain_off(self, index: int) -> Explanation:
         """Return the explanation for an update at which the sensor is now switched off."""
         return self.explanation(index, "It is switched off at this frame", ())
@@ -263,7 +201,9 @@ class Recalled(Replay):
     """
 
     def __init__(self, scene: Any, recording: Recording, trace: Trace) -> None:
-        self._set_up(scene, trace.sensor, recording, trace)
+        RecordedSensor.__init__(self, scene, trace.sensor, recording)
+        self.runner = SensorRunner(trace.sensor, self.clock)
+        self._trace = trace
 
     @property
     def probes(self) -> Probes:
@@ -320,40 +260,3 @@ def replaying(scene: Any, sensor: Sensor, recording: Recording) -> Iterator[Repl
                 view_layer.update()
         finally:
             state.CACHE.running = False
-
-
-def explain_plainly(replay: Replay, index: int) -> Explanation:
-    """Explain update `index` of a sensor whose kind has no explanation of its own.
-
-    The explanation lists the published fields, the nearest hit and the parameters of the sensor.
-    Raise `AngenError` if the sensor cannot be read.
-    """
-    pending, kind = replay.take_update(index), replay.sensor.kind
-    if pending is None:
-        return replay.explain_off(index)
-    track, lengths = replay.track, replay.lengths
-    facts: Facts = []
-    for field in kind.samples:
-        value = track.columns[field.name][index]
-        text = field.text(value, lengths) if field.type is float else str(value)
-        facts.append((field.name, ("yes" if value else "no") if field.type is bool else text))
-    if list(kind.needs) == [RAYS]:
-        pending.reading()
-        facts.append(("Nearest", _nearest(replay)))
-    for name, spec in specs(kind.parameters).items():
-        if is_chosen(pending.parameters, spec.used_when):
-            unit = kind.unit_of(spec, pending.parameters)
-            text = value_text(getattr(pending.parameters, name), spec, unit, lengths)
-            facts.append((label_of(spec, pending.parameters), text))
-    word = kind.active_label if track.active[index] else kind.idle_label
-    reading = track.reading_at(index).text(track.value[index], lengths)
-    return replay.explanation(index, f"{word}: {reading}", facts)
-
-
-def _nearest(replay: Replay) -> str:
-    ranges, names = replay.seen
-    met = [(length, name) for length, name in zip(ranges.tolist(), names, strict=True) if name]
-    if not met:
-        return "nothing"
-    length, name = min(met)
-    return f"{quoted(name)}, {replay.lengths.text(length * replay.metres)} away"

@@ -351,7 +351,7 @@ class _Run:
         times = times if readings.times is None else readings.times
         track = self._recording.tracks.get(sensor.name)
         if track is not None and track.uid == sensor.uid:
-            track.extend(frames, times, readings)
+            track.extend(frames, times, readings, pending.parameters)
             if self._follow is not None:
                 self._follow(pending.runner)
         # Drivers see the new outputs from the next frame on.

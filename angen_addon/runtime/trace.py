@@ -337,11 +337,13 @@ class Trace:
                 ranges = read.in_metres(query.probes.surfaces[need].ranges(*known))
             self.set_pose(read.parameters, read.pose)
             self._note(last, bundle, RaysMet(origins, directions, length, ranges))
+            probes, count = query.probes, len(answers.rows)
+            in_units = read.rays_in_units(origins, directions, length)
+            met = probes.hits(need, *known, in_units, count)
+            self._names = probes.names
+            answers = replace(answers, hits=met)
             if self.keeps:
-                probes, count = query.probes, len(answers.rows)
-                in_units = read.rays_in_units(origins, directions, length)
-                met = probes.hits(need, *known, in_units, count)
-                self._met, self._names = met[-1], probes.names
+                self._met = met[-1]
         if self.keeps:
             sensed.queries.append(_RecordedQuery(need, _bundle(arguments), which, answers, met))
         return answers

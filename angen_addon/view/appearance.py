@@ -9,7 +9,8 @@ from typing import Any
 
 from ..authoring.housing import Housing, Stand, looking_out
 from ..explain.facts import Explanation
-from ..explain.replay import Replay, explain_plainly
+from ..explain.recorded import explain_plainly
+from ..explain.replay import Replay
 from ..runtime.trace import RaysMet, SensorRays, Trace
 from .handles import Handle, SizeHandle
 from .overlay.figures import Figure, beams, plain_figure

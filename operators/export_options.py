@@ -123,6 +123,6 @@ def draw_start(layout: Any, scene: Any, needing: str = "") -> None:
         problem = str(error)
     row = layout.row()
     row.alert = bool(problem)
-    row.prop(scene, "angen_start", placeholder=EXAMPLE)
+    row.prop(scene, "angen_start", placeholder=EXAMPLE if problem else "not set")
     if problem:
         draw_lines(layout, problem, "ERROR")

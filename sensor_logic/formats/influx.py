@@ -23,6 +23,8 @@ BEGINS = rb"((#[^\n]*)?\r?\n)*[^\s,={#]+(,(\\.|[^\\\s])+)? [^\s=]+=[^\n]* -?\d+\
 ACTIVITY = "activity"
 # Times are signed 64-bit nanoseconds.
 SECONDS = -(2**63) // 10**9 + 1, 2**63 // 10**9 - 1
+# Seconds since 1970 from 2001 to 2096.
+CENTURY = 10**9, 4 * 10**9
 
 
 def write(log: Log) -> FormatFiles:
@@ -98,6 +100,7 @@ def _notes(log: Log) -> tuple[str, ...]:
 def read(path: Path) -> ParsedLog:
     """Read the changes of sensors' fields from lines of the protocol, without the activities."""
     found = ParsedLog([], in_utc=True)
+    first = None
     # Not `splitlines`: names can contain U+2028.
     for number, line in enumerate(path.read_text(encoding="utf-8").split("\n"), start=1):
         parts = re.fullmatch(r"((?:\\.|[^\\ ])+) (.+) (-?\d+)", line)
@@ -114,6 +117,7 @@ def read(path: Path) -> ParsedLog:
         values = dict(re.split(r"(?<!\\)=", tag, maxsplit=1) for tag in tags)
         name, room = (_plain(values.get(key, "")) for key in ("sensor", "room"))
         found.rooms[name] = room
+        first = int(parts[3]) if first is None else first
         time = since_epoch(int(parts[3]) // 1000)
         for field, value in re.findall(r'((?:\\.|[^=\\])+)=("(?:\\.|[^"\\])*"|[^,]*),?', parts[2]):
             kind = _plain(measurement).upper()
@@ -123,7 +127,19 @@ def read(path: Path) -> ParsedLog:
                 what = "it must be a number, true, false or a text in quotes"
                 raise ValueError(f"line {number}: {field} is '{value}': {what}") from None
             found.changes.append(Event(time, name, _plain(field), 0.0, kind, read, number))
+    if first is not None:
+        _note_precision(found, first)
     return found
+
+
+def _note_precision(found: ParsedLog, first: int) -> None:
+    """Add a note if the time of the first line is one of this century in s, ms or µs."""
+    for unit, factor in (("s", 1), ("ms", 10**3), ("µs", 10**6)):
+        if CENTURY[0] * factor <= first < CENTURY[1] * factor:
+            found.notes.append(
+                f"times were read as nanoseconds, and are of 1970: if {first} is in {unit}, give "
+                f"them {9 - len(str(factor)) + 1} more zeros"
+            )
 
 
 def _plain(key: str) -> str:

@@ -21,6 +21,8 @@ class RecordedSensor:
 
     Attributes
     ----------
+    scene, recording
+        The scene, and the recording with the sensor.
     track
         The recorded updates of the sensor.
     metres
@@ -35,7 +37,7 @@ class RecordedSensor:
             # The variants of a sensor in a study have the same uid, but different names.
             track = recording.tracks[sensor.name]
         assert track is not None and clock is not None
-        self.scene = scene
+        self.scene, self.recording = scene, recording
         self.sensor = sensor
         self.track: Track = track
         self.clock = clock

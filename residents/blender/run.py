@@ -190,14 +190,13 @@ class DayRun:
                 self.recording,
                 exchanges,
                 self._clock,
-                self._causes.note if self._causes.wanted else None,
             )
-            self._causes.explain_left()
+            self._causes.add_events()
         self.events = attribute_events(_events(self._causes.events, self.midnight))
 
     def _shown(self, start: float, end: float) -> Callable[[], None]:
         def exchange() -> None:
-            self._causes.explain_left()
+            self._causes.add_events()
             self._show(start, end)
             release_memory()
 

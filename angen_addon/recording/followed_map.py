@@ -38,7 +38,7 @@ class FollowedResult(FollowedScene):
         raise NotImplementedError
 
     @staticmethod
-    def counts(sensor: Any) -> bool:
+    def depends_on(sensor: Any) -> bool:
         """Return whether the result depends on a small sensor, given as an object."""
         raise NotImplementedError
 
@@ -94,7 +94,7 @@ class FollowedResult(FollowedScene):
             obj
             for obj in view_layer.objects
             if obj.angen_sensor.kind in KINDS
-            and not self.counts(obj)
+            and not self.depends_on(obj)
             and max(obj.dimensions) < small
         }
 
@@ -116,5 +116,5 @@ class FollowedMap(FollowedResult):
         scene[FollowedMap.KEY] = text
 
     @staticmethod
-    def counts(sensor: Any) -> bool:
+    def depends_on(sensor: Any) -> bool:
         return KINDS[sensor.angen_sensor.kind].view is not None

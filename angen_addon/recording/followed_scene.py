@@ -59,8 +59,9 @@ class FollowedScene:
         # Likewise for animated objects that the user moved. The next change of frame moves them
         # back to where their keyframes say.
         self._moved: dict[str, str] = {}
-        # How many objects the file had at the last comparison.
-        self._objects = len(bpy.data.objects)
+        # How many objects the file had when an object was last found to be new or gone. None after
+        # `verify`: undo adds and removes objects without a count.
+        self._objects: int | None = len(bpy.data.objects)
         self._other_view_layer = False
         # The former names of objects that were renamed since, by present name.
         self._renamed: dict[str, str] = {}
@@ -82,8 +83,13 @@ class FollowedScene:
         if _names_new_or_gone(changed):
             # Objects that came or went change the visibility too: one text is enough.
             changed.pop(SHOWN, None)
+        objects = {key: text for key, text in changed.items() if key.startswith("Object ")}
+        others = {key: text for key, text in changed.items() if key not in objects}
+        if _names_new_or_gone(objects):
+            # Their meshes and materials came or went with them.
+            others = {key: text for key, text in others.items() if not _is_new_or_gone(text)}
         # Objects come first, since users know the names of objects better than the names of meshes.
-        keys = sorted(changed, key=lambda key: not key.startswith("Object "))
+        keys = [*objects, *others]
         names = {f"'{then}'": f"'{now}'" for now, then in self._renamed.items()}
         texts = dict.fromkeys(names.get(changed[key], changed[key]) for key in keys)
         return f"changed since: {listed(list(texts), 3)}" if texts else ""
@@ -98,7 +104,7 @@ class FollowedScene:
         self._note_names(all_sensors(scene.view_layers[depsgraph.view_layer.name]))
         self._changed = self.fingerprint.differences(self._fingerprint_now(scene, depsgraph))
         self._moved.clear()
-        self.unsure = False
+        self._objects, self.unsure = None, False
 
     def note_edit(
         self, scene: Any, depsgraph: Any, sensors: Sequence[Sensor], revision: int, playing: bool
@@ -240,7 +246,11 @@ def version_text(version: tuple[int, ...]) -> str:
 
 
 def _names_new_or_gone(changed: dict[str, str]) -> bool:
-    return any(text.endswith(("(new)", "(gone)")) for text in changed.values())
+    return any(map(_is_new_or_gone, changed.values()))
+
+
+def _is_new_or_gone(text: str) -> bool:
+    return text.endswith(("(new)", "(gone)"))
 
 
 def _owners(depsgraph: Any, changed: Any) -> list[Any]:

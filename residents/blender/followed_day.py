@@ -37,7 +37,7 @@ class FollowedDay(FollowedResult):
         scene.angen_day.followed = text
 
     @staticmethod
-    def counts(sensor: Any) -> bool:
+    def depends_on(sensor: Any) -> bool:
         return False
 
     def _fingerprint_now(self, scene: Any, depsgraph: Any) -> Fingerprint:

@@ -15,7 +15,7 @@ from typing import Any
 import bpy
 
 from ...angen_addon.runtime import state
-from ...angen_addon.scene.light.scene import take_begins
+from ...angen_addon.scene.light.scene import remove_part_starts
 from ..acting.places import Places
 from ..acting.timeline import Acted
 from ..days.rows import FPS, frame_at, time_at
@@ -67,8 +67,7 @@ def show(
     keys = KeyedStretch(residents, places)
     for owner in owners:
         data = owner.animation_data
-        # Keep the keyframes of lamps: they say with what power a lamp shines when it is on.
-        if data is not None and owner not in lamps:
+        if data is not None:
             data.action, data.use_nla = None, False
     daylight.insert_keys()
     first, last = max(start - AROUND_S, 0.0), end + AROUND_S
@@ -111,7 +110,7 @@ def leave(scene: Any) -> list[str]:
     # The pointers count as users.
     day.lent.clear()
     day.earlier.clear()
-    take_begins(scene)
+    remove_part_starts(scene)
     give_back(lent)
     changed = []
     for owner, of_data, action, values in earlier:

@@ -406,7 +406,7 @@ DAYS = [
 
 
 def test_days_become_tables_without_a_seam_at_midnight() -> None:
-    files = DayRows.of(DAYS).files()
+    files = DayRows.joined(DAYS).files()
     rows = {name: list(csv.reader(io.StringIO(text))) for name, text in files.items()}
     assert rows["events.csv"] == [
         ["time", "sensor", "kind", "field", "value", "person", "because"],
@@ -433,11 +433,11 @@ def test_what_goes_on_over_midnight_is_one_also_from_room_to_room() -> None:
     early = LoggedActivity(0, 20, "anna", "Clean", "hall")
     again = LoggedActivity(30, 40, "anna", "Clean", "hall")
     days = [replace(DAYS[0], activities=(late,)), replace(DAYS[1], activities=(early, again))]
-    assert DayRows.of(days).activities == (
+    assert DayRows.joined(days).activities == (
         LoggedActivity(DAY_US - 10, DAY_US + 20, "anna", "Clean", "hall"),
         LoggedActivity(DAY_US + 30, DAY_US + 40, "anna", "Clean", "hall"),
     )
-    log = DayRows.of(DAYS).log({}, {"home": "home.blend"}, {"Sleep": "Sleeping"})
+    log = DayRows.joined(DAYS).log({}, {"home": "home.blend"}, {"Sleep": "Sleeping"})
     assert {activity.activity for activity in log.activities} == {"Sleeping"}
     assert log.start == datetime(2026, 3, 2) and log.changes[1].time == 1_500_000
 
@@ -494,3 +494,21 @@ def test_a_short_entry_is_done_every_day() -> None:
     text = ONE_PERSON.format(entries=f"{{ {entry} }}, {{ {night} }}")
     read = [s for s in drawn(text, days=60) if s.activity == "Read"]
     assert len(read) == 60
+
+
+@pytest.mark.parametrize("spread", ["20 min", "1 h"])
+def test_each_of_a_row_of_entries_is_done_every_day(spread) -> None:
+    """Each has a fixed end, or is short, and their drawn times overlap on most days."""
+    ends = ['until = "09:10"', 'lasts = "9 min"', 'until = "09:30"', 'until = "09:40"']
+    row = ", ".join(
+        f'{{ at = "09:{10 * place:02d}", spread = "{spread}", activity = "Do{place}", {end} }}'
+        for place, end in enumerate(ends)
+    )
+    row += ', { at = "14:00", activity = "Sleep", lasts = "2 h" }'
+    acts = "".join(f'[activity.Do{place}]\ndo = ["sit Sofa"]\n' for place in range(4))
+    text = ONE_PERSON.format(entries=row).replace("[[plan]]", f"{acts}[[plan]]")
+    for seed in range(10):
+        found = drawn(text, days=20, seed=seed)
+        for place in range(4):
+            done = [s for s in found if s.activity == f"Do{place}"]
+            assert len(done) == 20 and min(s.end - s.start for s in done) >= 29.0

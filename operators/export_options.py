@@ -19,7 +19,6 @@ from ..sensor_logic.recording.tracks import Recording
 from .polls import cancelled
 from .recording import has_fresh_recording, is_still_fresh
 
-
 EXAMPLE = "2026-03-01T08:00"
 
 

@@ -28,6 +28,7 @@ from ..angen_addon.api.opening import open_home_file
 from ..angen_addon.api.recording import Recording
 from ..angen_addon.coverage.maps import cover, detectors
 from ..angen_addon.output.run_log import about, sensor_facts
+from ..angen_addon.progress import finished
 from ..angen_addon.runtime.simulation import simulate
 from ..angen_addon.runtime.state import are_driven
 from ..angen_addon.runtime.time_base import evaluated_depsgraph
@@ -37,7 +38,6 @@ from ..residents.blender.folder import digest_of as digest_of_home
 from ..residents.blender.run import HouseholdDays, Plan, run_days
 from ..residents.days.rows import Day, DayRows
 from ..residents.days.truth import DAY_S
-from ..sensor_logic.coverage.grid import CoverageMap
 from ..sensor_logic.coverage.motions import MOTIONS
 from ..sensor_logic.error import AngenError
 from ..sensor_logic.files import read_text, write_files
@@ -455,7 +455,5 @@ def coverage(sensors: Sequence[Sensor]) -> float:
         # No motion detector is enabled.
         return 0.0
     motion = next(iter(MOTIONS.values()))
-    # `cover` yields its progress, and the map as the last item.
-    *_, found = cover(evaluated_depsgraph(), sensors, seen, motion, CELL)
-    assert isinstance(found, CoverageMap)
+    found = finished(cover(evaluated_depsgraph(), sensors, seen, motion, CELL))
     return found.total().share

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from ...sensor_logic.coverage.motions import DIRECTIONS, HEADINGS, Motion
 from ...sensor_logic.error import AngenError
 from ...sensor_logic.model import Array
 from ..plan.rooms import Labels, labels_of, storeys_of
-from ..progress import Doing, saying
+from ..progress import Doing, Steps, Work, saying
 from ..scene.evaluated_home import EvaluatedHome
 from ..scene.floor import (
     MOST_CELLS,
@@ -20,7 +20,6 @@ from ..scene.floor import (
     PIT_M,
     RUG_M,
     Grid,
-    Steps,
     flood,
     floors,
     free_ways,
@@ -41,7 +40,7 @@ def cells_of(
     motion: Motion,
     size: float,
     rooms: Sequence[str] = (),
-) -> Generator[Doing, None, Cells]:
+) -> Work[Cells]:
     """Generator that returns the cells of the floor where a body has room for a motion.
 
     Parameters

@@ -39,7 +39,8 @@ CORNERS = np.array([(-0.5, -0.5, 0.0), (0.5, -0.5, 0.0), (0.5, 0.5, 0.0), (-0.5,
 def show_map(scene: Any, coverage: CoverageMap) -> Any:
     """Show a map in the scene, in place of an earlier map of the same motion; return its object.
 
-    Maps of other motions are hidden, because all maps have the same place. The object is ignored by sensors, hidden in renders, and not selectable.
+    Maps of other motions are hidden, because all maps have the same place. The object is ignored by
+    sensors, hidden in renders, and not selectable.
     """
     name = f"{COLLECTION} {coverage.motion.label.lower()}"
     remove(scene, coverage.motion.identifier)

@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 from ...sensor_logic.coverage.grid import NO_ROOM
 from ...sensor_logic.error import AngenError
 from ...sensor_logic.model import Array
+from ..progress import Steps
 from ..scene.evaluated_home import EvaluatedHome
 from ..scene.floor import (
     CASTS_AT_ONCE,
     OVER_M,
     Grid,
-    Steps,
     flood,
     floors,
     free_ways,

@@ -1,19 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Find the free floor of a home: the cells where a body can move.
-
-Functions that return `Steps` are generators, so that long work can be ended between its steps.
-"""
+"""Find the free floor of a home: the cells where a body can move."""
 
 from __future__ import annotations
 
-from collections.abc import Generator
 from dataclasses import dataclass
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...sensor_logic.model import Array
+from ..progress import Steps
 from .evaluated_home import EvaluatedHome
 from .rooms import Mask
 
@@ -25,10 +21,6 @@ RUG_M, PIT_M = 0.1, 0.3
 MOST_CELLS = 250_000
 # The number of rays that are cast in one step of the work.
 CASTS_AT_ONCE = 2000
-
-T = TypeVar("T")
-# A generator that yields between steps of its work, so that it can be ended. It returns its result.
-Steps = Generator[None, None, T]
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,7 @@ import numpy as np
 from mathutils import Matrix, Quaternion, Vector
 from numpy.typing import ArrayLike
 
+from ...angen_addon.scene.instances import chain
 from ...angen_addon.scene.light.scene import BEGINS, reference_frames
 from ...angen_addon.scene.sensors import unit_scale
 from ...sensor_logic.model import Array, Index
@@ -28,7 +29,7 @@ from ..body.turns import compose, ease, lerp, rotated, slerp
 from ..days.rows import FPS
 from .lamps import LampCopies, Power
 from .person import body_of
-from .settings import above, build_of, is_placed_by_others
+from .settings import above, build_of, is_placed_by_others, straighten_bones
 
 # Custom property of the actions with a day's keyframes, which copies of objects have too.
 DAY_MARK = "angen_day"
@@ -95,8 +96,8 @@ _HANDOVER_S = 0.3
 
 # Properties that keys change. rotation_mode is first, because setting it converts the rotation. A
 # matrix would not restore every bit.
-MOVED = ("rotation_mode", "location", "rotation_euler", "rotation_quaternion", "scale",
-         "hide_viewport", "hide_render", "energy")  # fmt: skip
+MOVED = ("rotation_mode", "location", "rotation_euler", "rotation_quaternion",
+         "rotation_axis_angle", "scale", "hide_viewport", "hide_render", "energy")  # fmt: skip
 
 
 class ReplacedAnimation:
@@ -107,7 +108,7 @@ class ReplacedAnimation:
         data = owner.animation_data
         self._earlier = (data.action, getattr(data, "action_slot", None)) if data else None
         self._values: list[tuple[Any, str, Any]] = [
-            (part, name, value.copy() if hasattr(value := getattr(part, name), "copy") else value)
+            (part, name, value[:] if hasattr(value := getattr(part, name), "__len__") else value)
             for part in (owner, *(owner.pose.bones if getattr(owner, "pose", None) else ()))
             for name in MOVED
             if hasattr(part, name)
@@ -130,7 +131,7 @@ class ReplacedAnimation:
 class KeyedStretch:
     """Keyframes for one part of a day at a time, in place of the home's own animation.
 
-    `clear` restores the home.
+    `clear` restores the home. Make it before the animation of the home is held.
 
     Parameters
     ----------
@@ -162,7 +163,8 @@ class KeyedStretch:
             if rig.angen_resident.walking_frame is not None
         }
         self._powers: dict[str, list[Power]] = {}
-        self.copies = LampCopies()
+        lamps = (bpy.data.objects.get(lamp.object) for lamp in places.lamps.values())
+        self.copies = LampCopies(filter(None, lamps))
 
     def clear(self) -> None:
         for replaced in self._replaced.values():
@@ -211,11 +213,13 @@ class KeyedStretch:
         bones = solve(pose)
         curves = self._curves(rig)
         metres = unit_scale(bpy.context.scene)
+        straighten_bones(rig)
         found = list(channels(pose, self._rest[person], bones))
+        place = np.stack([values for path, _, values in found if path == "location"], -1) / metres
+        size = rig.scale.copy()
         if is_placed_by_others(rig):
-            place = np.stack([values for path, _, values in found if path == "location"], -1)
             size = Vector([pose.build.scale / metres] * 3)
-            self._write_placed(rig, at, place / metres, pose.heading, size)
+            self._write_local(rig, at, _upright_at(place, pose.heading, size), True)
             found = [one for one in found if one[0].startswith("pose.bones")]
         else:
             rig.rotation_mode = "XYZ"
@@ -227,8 +231,15 @@ class KeyedStretch:
             curves.write(path, index, at, values, kept)
         frame = rig.angen_resident.walking_frame
         if frame is not None and is_placed_by_others(frame):
-            place, yaw = pose.walker[:, :3] / metres, pose.walker[:, 3]
-            self._write_placed(frame, at, place, yaw, self._frame_scales[person])
+            worlds = _upright_at(
+                pose.walker[:, :3] / metres, pose.walker[:, 3], self._frame_scales[person]
+            )
+            over = None
+            if rig in chain(frame.parent):
+                # The resident moves what is parented to it.
+                fixed = rig.matrix_world.inverted_safe() @ above(frame)
+                over = [world @ fixed for world in _upright_at(place, pose.heading, size)]
+            self._write_local(frame, at, worlds, True, over)
         elif frame is not None:
             curves = self._curves(frame)
             frame.rotation_mode = "XYZ"
@@ -358,28 +369,25 @@ class KeyedStretch:
             self._world[obj.name] = obj.matrix_world.copy()
         return self._world[obj.name]
 
-    def _write_placed(self, obj: Any, at: Array, place: Array, yaw: Array, size: Vector) -> None:
-        """Insert keyframes at frames `at` that place an object in the world, whatever is above it.
-
-        `place` (n, 3) is its location in Blender units, `yaw` (n,) its rotation about z, rad, and
-        `size` its scale.
-        """
-        worlds = [
-            Matrix.LocRotScale(Vector(point), Quaternion((0.0, 0.0, 1.0), float(turn)), size)
-            for point, turn in zip(place.tolist(), yaw, strict=True)
-        ]
-        scales = self._write_local(obj, at, worlds)
-        for axis in range(3):
-            kept = scales[0, axis] / (obj.delta_scale[axis] or 1.0)
-            self._curves(obj).write("scale", axis, at[:1], [kept])
-
-    def _write_local(self, obj: Any, at: Array, worlds: list[Matrix]) -> Array:
-        """Insert keyframes of location and rotation from world matrices; return the scales (n, 3).
+    def _write_local(
+        self, obj: Any, at: Array, worlds: list[Matrix], scales: bool = False,
+        over: list[Matrix] | None = None,
+    ) -> None:  # fmt: skip
+        """Insert keyframes at frames `at` that give an object world matrices.
 
         Blender adds the delta transforms to the keyframes, and applies what the parent adds.
+
+        Parameters
+        ----------
+        obj, at, worlds
+            The object, the frames (n,) and the n matrices.
+        scales
+            Whether to key the scale too, which stays that of the first matrix.
+        over
+            The n matrices that the parent adds; None if it does not move.
         """
-        undone = above(obj).inverted_safe()
-        parts = [(undone @ world).decompose() for world in worlds]
+        undone = [one.inverted_safe() for one in over or [above(obj)] * len(worlds)]
+        parts = [(back @ world).decompose() for back, world in zip(undone, worlds, strict=True)]
         spare = obj.delta_rotation_quaternion.inverted()
         turns = np.array([spare @ part[1] for part in parts])
         flips = np.sign((turns[1:] * turns[:-1]).sum(1))
@@ -391,7 +399,17 @@ class KeyedStretch:
             curves.write("location", axis, at, places[:, axis])
         for axis in range(4):
             curves.write("rotation_quaternion", axis, at, turns[:, axis])
-        return np.array([part[2] for part in parts])
+        for axis in range(3) if scales else ():
+            kept = parts[0][2][axis] / (obj.delta_scale[axis] or 1.0)
+            curves.write("scale", axis, at[:1], [kept])
+
+
+def _upright_at(place: Array, yaw: Array, size: Vector) -> list[Matrix]:
+    """Return the matrices of upright things at locations (n, 3), turned by `yaw` (n,) about z."""
+    return [
+        Matrix.LocRotScale(Vector(point), Quaternion((0.0, 0.0, 1.0), float(turn)), size)
+        for point, turn in zip(place.tolist(), yaw, strict=True)
+    ]
 
 
 def _frame_scale(rig: Any) -> Vector:

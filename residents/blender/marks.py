@@ -12,6 +12,7 @@ from bpy.props import BoolProperty, EnumProperty, FloatProperty, PointerProperty
 from bpy.types import Context, Object
 
 from ...angen_addon.progress import finished
+from ...angen_addon.scene.bearers import candidates
 from ...angen_addon.scene.door_motion import MOTIONS, Leaf, leaves_of, shutting_of
 from ...angen_addon.scene.evaluated_home import EvaluatedHome
 from ...angen_addon.scene.floor import free_ways
@@ -22,6 +23,7 @@ from ...sensor_logic.error import AngenError
 from ...sensor_logic.model import Array
 from ..acting import places as known
 from ..acting.places import CURTAIN, DOOR, DRAWER, LIE, SIT, Door
+from .settings import is_resident
 
 # Uses whose objects face a direction.
 FACING = (known.STAND, known.SIT, known.LIE, known.USE, known.TAP, known.APPLIANCE, known.DRAWER)
@@ -49,11 +51,23 @@ def set_facing(obj: Any, matrix: Any, look: Array) -> None:
     obj.angen_place.facing = math.atan2(local[0], -local[1])
 
 
+def is_living_body(obj: Any) -> bool:
+    """Return whether an object belongs to the body of a resident or of an animated walker.
+
+    A walker's body has an armature and a mass, each on the object or one of its parents.
+    """
+    owners = list(candidates(obj))
+    rigged = any(owner.type == "ARMATURE" for owner in owners)
+    return any(map(is_resident, owners)) or (
+        rigged and any(owner.angen_load.mass > 0.0 for owner in owners)
+    )
+
+
 DOWN = np.array([0.0, 0.0, -1.0])
 
 
 class MarkedObject:
-    """An object that is marked as a place, together with its children.
+    """An object that is marked as a place, with its children except residents.
 
     Raise `NotPlaced` if the object is not in the evaluated scene.
 
@@ -72,7 +86,9 @@ class MarkedObject:
         self.matrix = placed_matrix(obj, home.depsgraph).copy()
         self.at = np.array(self.matrix.translation) * home.metres
         uid = obj.session_uid
-        self.home = home.part(lambda solid: uid in solid.owners)
+        self.home = home.part(
+            lambda solid: uid in solid.owners and not is_living_body(solid.original)
+        )
         self.rows = self.home.rows
         wanted = np.zeros(len(home.caster.solids.solids), bool)
         wanted[self.rows] = True

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Generator, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from ...angen_addon.doctor import CHECKS
 from ...angen_addon.doctor.building import leaves
 from ...angen_addon.doctor.examined import MOVED_WITHOUT_KEYS, Examined, Found
-from ...angen_addon.progress import Doing, doing, finished, scaled
+from ...angen_addon.progress import Work, finished, part_of
 from ...angen_addon.scene.marks import WAY_MARK
 from ...angen_addon.scene.sensors import unit_scale
 from ...sensor_logic.error import AngenError
@@ -32,7 +32,7 @@ from .marks import LABELS, NONE, marked
 from .places import read_marks, read_marks_in_steps
 from .settings import residents_in
 from .standing import WalkedStorey
-from .unmovable import examined_residents, moved_residents, unmovable
+from .unmovable import examined_residents, unmovable, unmovable_residents
 
 # m above the floor: an object in the way is searched for at this height.
 HIP_M = 1.0
@@ -129,13 +129,10 @@ def check_places(depsgraph: Any) -> Checked:
     return finished(check_places_in_steps(depsgraph))
 
 
-def check_places_in_steps(depsgraph: Any) -> Generator[Doing, None, Checked]:
+def check_places_in_steps(depsgraph: Any) -> Work[Checked]:
     """Check the places as `check_places` does; yield the progress, and return the result."""
-    reading = yield from doing(
-        "floors and places", scaled(read_marks_in_steps(depsgraph), 0.0, 0.8)
-    )
-    looking = scaled(unreached_in_steps(reading.places), 0.8, 1.0)
-    lost = yield from doing("ways", looking)
+    reading = yield from part_of(read_marks_in_steps(depsgraph), 0.0, 0.8, "floors and places")
+    lost = yield from part_of(unreached_in_steps(reading.places), 0.8, 1.0, "ways")
     between = {}
     for one in lost:
         if len(one.way):
@@ -153,7 +150,8 @@ def _unable(depsgraph: Any, places: Places) -> tuple[str, ...]:
     leaves_moved = [bpy.data.objects[name] for name in places.doors]
     lamps = [bpy.data.objects[lamp.object] for lamp in places.lamps.values()]
     found = [
-        *unmovable([*moved_residents(depsgraph.scene), *leaves_moved]),
+        *unmovable_residents(depsgraph.scene),
+        *unmovable(leaves_moved),
         *unswitchable(lamps, depsgraph),
     ]
     return tuple(f"{problem}: {uncapitalized(mend)}" for problem, mend, _ in found)

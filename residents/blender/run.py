@@ -6,7 +6,7 @@ The home's own animation is replaced during the run, and restored at the end.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Generator, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, replace
 from datetime import date, timedelta
@@ -18,7 +18,7 @@ import bpy
 import numpy as np
 
 from ...angen_addon.process.standalone import release_memory
-from ...angen_addon.progress import Shares, finished
+from ...angen_addon.progress import Work, finished
 from ...angen_addon.runtime.simulation import Exchange, Progress, simulate
 from ...angen_addon.runtime.time_base import evaluated_depsgraph
 from ...angen_addon.scene.animation import all_animated
@@ -52,27 +52,26 @@ from ..routine.timetable import Draws, timetable
 from .causes import Causes
 from .daylight import Daylight
 from .keys import KeyedStretch
-from .lamps import lights_of, unswitchable
+from .lamps import unswitchable
 from .places import read_marks_in_steps
 from .settings import build_of, residents_in
-from .unmovable import moved_residents, unmovable
+from .unmovable import unmovable, unmovable_residents
 
 # Types of constraints that use the scene's camera.
 THROUGH_CAMERA = ("CAMERA_SOLVER", "FOLLOW_TRACK", "OBJECT_SOLVER")
 
 
 @contextmanager
-def without_animation(scene: Any, but: Collection[Any] = ()) -> Iterator[None]:
+def without_animation(scene: Any) -> Iterator[None]:
     """Context manager: on entry, hold the home at its first frame; on exit, restore its animation.
 
-    Drivers, constraints and modifiers stay active. The datablocks in `but` keep their animation,
-    and so do linked datablocks.
+    Drivers, constraints and modifiers stay active. Linked datablocks keep their animation.
     """
     scene.frame_set(scene.frame_start)
     before = []
     for owner in list(all_animated()):
         data = owner.animation_data
-        if owner.library is None and owner not in but and (data.action or data.nla_tracks):
+        if owner.library is None and (data.action or data.nla_tracks):
             before.append((owner, data.action, getattr(data, "action_slot", None), data.use_nla))
             data.action, data.use_nla = None, False
     camera, views = scene.camera, []
@@ -191,14 +190,13 @@ class DayRun:
                 self.recording,
                 exchanges,
                 self._clock,
-                self._causes.note if self._causes.wanted else None,
             )
-            self._causes.explain_left()
+            self._causes.add_events()
         self.events = attribute_events(_events(self._causes.events, self.midnight))
 
     def _shown(self, start: float, end: float) -> Callable[[], None]:
         def exchange() -> None:
-            self._causes.explain_left()
+            self._causes.add_events()
             self._show(start, end)
             release_memory()
 
@@ -356,8 +354,8 @@ class HouseholdDays:
         if read:
             finished(self.read_in_steps())
 
-    def read_in_steps(self) -> Shares[None]:
-        """Read the marked places; yield the progress, 0 to 1.
+    def read_in_steps(self) -> Work[None]:
+        """Read the marked places; yield the progress.
 
         The scene must be at its first frame. Raise `AngenError` if the places cannot be read.
         """
@@ -367,11 +365,15 @@ class HouseholdDays:
             with explained(self.plan.routine.persons[name].where, ValueError):
                 self._builds[name] = build_of(obj)
         self._ground = Ground(self.places)
+        # Found here, because later the animation, which says how bright lamps are, is held.
+        lamps = [bpy.data.objects[lamp.object] for lamp in self.places.lamps.values()]
+        self._unswitchable = list(unswitchable(lamps, evaluated_depsgraph()))
         self._last: tuple[int, Acted] | None = None
         # Sentences for the user, each given once.
+        leaves = unmovable(bpy.data.objects[name] for name in self.places.doors)
         self._notes: dict[Any, str] = {
-            names: f"{problem}: {uncapitalized(mend)}"
-            for problem, mend, names in unmovable(moved_residents(self.scene))
+            problem: f"{problem}: {uncapitalized(mend)}"
+            for problem, mend, _ in (*unmovable_residents(self.scene), *leaves)
         }
 
     def date_of(self, number: int) -> date:
@@ -384,21 +386,18 @@ class HouseholdDays:
         """
         return finished(self.act_in_steps(number))
 
-    def act_in_steps(self, number: int) -> Shares[Acted]:
-        """Compute the same as `acted`; yield the progress, 0 to 1, and return the result."""
+    def act_in_steps(self, number: int) -> Work[Acted]:
+        """Compute the same as `acted`; yield the progress, and return the result."""
         if self._last is None or self._last[0] != number:
             self._last = number, (yield from self._act(number))
-            self._note_lamps({switch.object for switch in self._last[1].switches})
+            used = {switch.object for switch in self._last[1].switches}
+            for problem, mend, objects in self._unswitchable:
+                if objects[0] in used:
+                    self._notes.setdefault(problem, f"{problem}: {uncapitalized(mend)}")
             for wait in filter(lambda one: one.is_long, self._last[1].waits):
                 text = f"{self.date_of(number)}: {wait.text}"
                 self._notes.setdefault((wait.person, wait.place), text)
         return self._last[1]
-
-    def _note_lamps(self, names: set[str]) -> None:
-        """Note which lamps the residents cannot switch."""
-        lamps = [bpy.data.objects[name] for name in sorted(names)]
-        for problem, mend, objects in unswitchable(lamps, evaluated_depsgraph()):
-            self._notes.setdefault(objects, f"{problem}: {uncapitalized(mend)}")
 
     def take_notes(self) -> list[str]:
         """Return new sentences on who waits long for a place, and on what a day cannot move."""
@@ -406,7 +405,7 @@ class HouseholdDays:
         self._notes = dict.fromkeys(self._notes, "")
         return found
 
-    def _act(self, number: int) -> Shares[Acted]:
+    def _act(self, number: int) -> Work[Acted]:
         segments = self.plan.segments(self.start, number + 2, self.seed)
         with explained(str(self.date_of(number)), InputError):
             return (
@@ -453,11 +452,9 @@ class HouseholdDays:
         Its value is the object that inserts the keyframes for residents, doors, lamps and carried
         objects.
         """
-        # Keep the keyframes of lamps: they say with what power a lamp shines when it is on.
-        lamps = [bpy.data.objects[lamp.object] for lamp in self.places.lamps.values()]
-        lights = {light for lamp in lamps for light in lights_of(lamp)}
-        with without_animation(self.scene, lights):
-            keys = KeyedStretch(self.residents, self.places)
+        self.scene.frame_set(self.scene.frame_start)
+        keys = KeyedStretch(self.residents, self.places)
+        with without_animation(self.scene):
             try:
                 yield keys
             finally:

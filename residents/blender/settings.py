@@ -246,6 +246,13 @@ def posed(
     return sitting(stand, point) if posture == SITTING else lying(stand, point, yaw, side)
 
 
+def straighten_bones(rig: Any) -> None:
+    """Set all bones of a resident to rest, so that poses and keyframes need no other channels."""
+    for bone in rig.pose.bones:
+        bone.rotation_mode = "QUATERNION"
+        bone.location, bone.rotation_quaternion, bone.scale = (0, 0, 0), (1, 0, 0, 0), (1, 1, 1)
+
+
 def show_pose(rig: Any, pose: BodyPose) -> None:
     """Move a resident's armature and walking frame to one pose (n = 1), without keyframes."""
     metres = unit_scale(bpy.context.scene)
@@ -256,6 +263,7 @@ def show_pose(rig: Any, pose: BodyPose) -> None:
         turn, size = Euler((0.0, 0.0, float(pose.heading[0]))), [pose.build.scale / metres] * 3
         rig.matrix_world = Matrix.LocRotScale(Vector(place), turn, Vector(size))
         found = [one for one in found if one[0].startswith("pose.bones")]
+    straighten_bones(rig)
     for path, index, values in found:
         owner, _, name = path.rpartition(".")
         value = float(values[0]) / (metres if path == "location" else 1.0)

@@ -67,8 +67,7 @@ def show(
     keys = KeyedStretch(residents, places)
     for owner in owners:
         data = owner.animation_data
-        # Keep the keyframes of lamps: they say with what power a lamp shines when it is on.
-        if data is not None and owner not in lamps:
+        if data is not None:
             data.action, data.use_nla = None, False
     daylight.insert_keys()
     first, last = max(start - AROUND_S, 0.0), end + AROUND_S

@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 
 from ...angen_addon.plan.rooms import labels_of, storeys_of
 from ...angen_addon.plan.storeys import GRAIN_M, around, grouped
-from ...angen_addon.progress import Shares, finished, saying, scaled
-from ...angen_addon.scene.bearers import candidates
+from ...angen_addon.progress import Doing, Steps, Work, finished, part_of, saying
 from ...angen_addon.scene.evaluated_home import EvaluatedHome
 from ...angen_addon.scene.floor import (
     MOST_CELLS,
@@ -27,7 +26,6 @@ from ...angen_addon.scene.floor import (
     PIT_M,
     RUG_M,
     Grid,
-    Steps,
     flood,
     floors,
     free_ways,
@@ -40,8 +38,8 @@ from ...sensor_logic.error import AngenError, InputError
 from ...sensor_logic.model import Array
 from ..acting.places import BODY_M, CURTAIN, LAMP, LIE, SIT, STAND, Place, Storey
 from ..acting.ways import Floor, regions
-from .marks import MarkedObject, facing_of
-from .settings import is_resident, residents_in
+from .marks import MarkedObject, facing_of, is_living_body
+from .settings import residents_in
 
 # m: usual size of a cell, and the largest size, for large homes.
 SIZE_M, COARSEST_M = 0.05, 0.1
@@ -93,21 +91,9 @@ def walkable_home(home: EvaluatedHome, leaves: Sequence[Any]) -> EvaluatedHome:
     uids = {obj.session_uid for obj in (*leaves, *frames) if obj is not None}
 
     def stays(solid: Solid) -> bool:
-        return not (uids & solid.owners or _is_living_body(solid.original))
+        return not (uids & solid.owners or is_living_body(solid.original))
 
     return home.part(stays)
-
-
-def _is_living_body(obj: Any) -> bool:
-    """Return whether an object belongs to the body of a resident or of an animated walker.
-
-    A walker's body has an armature and a mass, each on the object or one of its parents.
-    """
-    owners = list(candidates(obj))
-    rigged = any(owner.type == "ARMATURE" for owner in owners)
-    return any(map(is_resident, owners)) or (
-        rigged and any(owner.angen_load.mass > 0.0 for owner in owners)
-    )
 
 
 def walkable_storeys(
@@ -116,7 +102,7 @@ def walkable_storeys(
     marks: Array,
     names: Sequence[str],
     things: NDArray[np.intp],
-) -> Shares[list[WalkedStorey]]:
+) -> Work[list[WalkedStorey]]:
     """Find the storeys below marked objects, and return them from the lowest to the highest.
 
     Yield the progress, 0 to 1.
@@ -147,7 +133,7 @@ def walkable_storeys(
         mine = [storey_index(heights, z) == len(below) - 1 for z in marks[:, 2].tolist()]
         grid = _storey_grid(height, marks[mine], list(compress(names, mine)))
         part = len(found) / len(heights), (len(found) + 1) / len(heights)
-        found.append((yield from scaled(_walked_storey(home, walk, grid, marks[mine]), *part)))
+        found.append((yield from part_of(_walked_storey(home, walk, grid, marks[mine]), *part)))
     return found
 
 
@@ -182,27 +168,27 @@ def _floor_heights(home: EvaluatedHome, marks: Array) -> list[float]:
 
 def _walked_storey(
     home: EvaluatedHome, walk: EvaluatedHome, grid: Grid, marks: Array
-) -> Shares[WalkedStorey]:
-    """Find the free cells and rooms of a storey; yield the progress, 0 to 1."""
+) -> Work[WalkedStorey]:
+    """Find the free cells and rooms of a storey; yield the progress."""
     # Shares of the time, measured in the sample home.
-    over = (yield from saying(0.0, floors(walk, grid, OVER_M))).reshape(grid.shape)
+    over = (yield from saying(Doing(0.0), floors(walk, grid, OVER_M))).reshape(grid.shape)
     level = (over <= RUG_M) & (over >= -PIT_M)
     along = []
     for share, felt in zip(np.linspace(0.1, 0.6, len(FELT_M), False), FELT_M, strict=True):
-        along.append((yield from saying(float(share), passable(walk, grid, felt, level))))
+        along.append((yield from saying(Doing(float(share)), passable(walk, grid, felt, level))))
     ways = (
         np.all([pair[0] for pair in along], axis=0),
         np.all([pair[1] for pair in along], axis=0),
     )
     # Rays inside solids hit nothing: only cells connected with a mark are floor.
     seeds = np.where(level & _near_marks(grid, marks), 1, 0)
-    reached = (yield from saying(0.6, flood(seeds, level, ways))) > 0
+    reached = (yield from saying(Doing(0.6), flood(seeds, level, ways))) > 0
     free = reached & ~_beside_thin_obstacles(ways, reached)
     part = regions(Floor(grid.low, grid.size, free), BODY_M)
     # Cells that no body can reach are inside walls.
-    free &= (yield from saying(0.65, flood((part > 0).astype(np.int64), free, ways))) > 0
+    free &= (yield from saying(Doing(0.65), flood((part > 0).astype(np.int64), free, ways))) > 0
     floor = Floor(grid.low, grid.size, free)
-    number, names, guessed = yield from saying(0.7, _rooms(home, grid, grid.floor))
+    number, names, guessed = yield from saying(Doing(0.7), _rooms(home, grid, grid.floor))
     part = regions(floor, BODY_M)
     return WalkedStorey(
         Storey(grid.floor, floor, number, names, guessed),

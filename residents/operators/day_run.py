@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator
+from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,7 +12,7 @@ from typing import Any
 import bpy
 from bpy.types import Context, Operator
 
-from ...angen_addon.progress import Doing, Enough, doing, scaled
+from ...angen_addon.progress import Doing, Enough, Work, part_of
 from ...angen_addon.scene.sensors import all_sensors, simulated
 from ...operators.long_work import LongWork
 from ...operators.polls import can_read_scene, needs
@@ -68,7 +68,7 @@ class ANGEN_OT_day_run(LongWork, Operator):
             and needs(cls, settings.out, "Choose a Folder")
         )
 
-    def _begin(self, context: Context) -> Generator[Any, None, None]:
+    def _begin(self, context: Context) -> Work[Result]:
         scene = context.scene
         settings = scene.angen_day
         plan, start, seed = settings_of(scene)
@@ -84,21 +84,20 @@ class ANGEN_OT_day_run(LongWork, Operator):
 
     def _work(
         self, household: HouseholdDays, path: Path, formats: list[str], days: int
-    ) -> Generator[Any, None, None]:
-        """Simulate the days; yield `Doing` as progress, and at the end a `Result`."""
+    ) -> Work[Result]:
+        """Simulate the days."""
         scene = household.scene
         frame, subframe = self._playhead
         try:
             with _panel_names():
-                yield from doing("floors and places", scaled(household.read_in_steps(), 0.0, READ))
+                yield from part_of(household.read_in_steps(), 0.0, READ, "floors and places")
                 # Act the first day now: errors come before anything is written.
-                acting = scaled(household.act_in_steps(0), READ, ACTED)
-                yield from doing("what everybody does", acting)
+                acting = household.act_in_steps(0)
+                yield from part_of(acting, READ, ACTED, "what everybody does")
                 folder = Folder(path, household, formats)
-                result = yield from _simulate_days(household, folder, days)
+                return (yield from _simulate_days(household, folder, days))
         finally:
             scene.frame_set(frame, subframe=subframe)
-        yield result
 
     def _finish(self, context: Context, result: Result) -> set[str] | None:
         settings = context.scene.angen_day
@@ -138,10 +137,8 @@ class Result:
     problem: AngenError | None
 
 
-def _simulate_days(
-    household: HouseholdDays, folder: Folder, days: int
-) -> Generator[Doing, None, Result]:
-    """Simulate the days that are missing in the folder; yield progress, return the result."""
+def _simulate_days(household: HouseholdDays, folder: Folder, days: int) -> Work[Result]:
+    """Simulate the days that are missing in the folder."""
     left = [number for number in range(days) if not folder.has(number)]
     problem, made = None, 0
     spans: dict[int, Any] = {}

@@ -109,7 +109,8 @@ class _DrawnEntry:
     """An entry of a plan with drawn times.
 
     If `lasts` is True, a late start makes the end late too. Otherwise, the end is fixed, and the
-    entry must begin by the time `latest`, when what is still under way ends.
+    entry should begin by the time `latest`, when what is still under way ends. It lasts at least
+    `least` s, also if it begins later.
     """
 
     start: float
@@ -117,6 +118,7 @@ class _DrawnEntry:
     activity: str
     lasts: bool
     name: str
+    least: float = SHORTEST
     latest: float = inf
 
 
@@ -182,11 +184,12 @@ def _person_segments(
             end = point.end if not point.lasts else now + point.end - point.start
             # What is under way ends in time for all entries of this day and the next.
             end = min([end, *(other.latest for other in later[number + 1 :])])
-            if end - now >= SHORTEST:
-                yield Segment(now, end, person.name, point.activity)
-                now, doing = end, point.activity
-                # A new stream after each fixed point: earlier draws change nothing later.
-                filling = draws.stream(person.name, day, f"filler after {point.name}")
+            # Where the draws leave no time for it, the next one is late.
+            end = max(end, now + point.least)
+            yield Segment(now, end, person.name, point.activity)
+            now, doing = end, point.activity
+            # A new stream after each fixed point: earlier draws change nothing later.
+            filling = draws.stream(person.name, day, f"filler after {point.name}")
         if person.visitor:
             doing = AWAY
 
@@ -213,7 +216,7 @@ def _draw_plan_entry(entry: FixedPoint, name: str, midnight: float, stream: Stre
         start = min(start, midnight + entry.until - least)
         end = midnight + entry.until + entry.spread * stream.normal()
         end = max(end, start + least)
-        return _DrawnEntry(start, end, entry.activity, False, name, end - least)
+        return _DrawnEntry(start, end, entry.activity, False, name, least, end - least)
     end = start + max(stream.log_normal(entry.lasts or 0.0, entry.varies), SHORTEST)
     return _DrawnEntry(start, end, entry.activity, True, name)
 

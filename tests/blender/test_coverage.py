@@ -9,6 +9,7 @@ import bpy
 import numpy as np
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.coverage.maps import cover
+from bl_ext.user_default.angen_sensors.angen_addon.progress import finished
 from bl_ext.user_default.angen_sensors.sensor_logic.coverage.motions import MOTIONS
 from panel_layout import drawn
 from tiers import mostly_slow
@@ -40,8 +41,7 @@ def mapped(home: Any) -> Any:
     def make(name: str, size: float = 0.25, **options: Any) -> Any:
         motion = MOTIONS[name]
         sensors = home.sensors()
-        *_, found = cover(home.update(), sensors, sensors, motion, size, **options)
-        return found
+        return finished(cover(home.update(), sensors, sensors, motion, size, **options))
 
     return make
 

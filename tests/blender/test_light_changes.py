@@ -502,3 +502,27 @@ def test_nothing_is_left_of_a_run_in_another_file(sensed_room):
         list(run)
     assert held() == before
     assert len(recording.tracks["lux"]) == 3 and not state.CACHE.running
+
+
+@pytest.mark.parametrize("way", ["collection", "nodes"])
+def test_a_lamp_that_an_instance_shows_too_goes_off_in_both(world, way):
+    made = lamp(world, "POINT", at=(0, 0, 2))
+    world.key(made.data, "energy", {1: 10.0, 3: 10.0, 4: 0.0}, interpolation="CONSTANT")
+    if way == "collection":
+        shared = bpy.data.collections.new("lamps")
+        shared.objects.link(made)
+        world.instance("Copy", shared, (1, 0, 0))
+    else:
+        tree = bpy.data.node_groups.new("nodes", "GeometryNodeTree")
+        tree.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
+        node = tree.nodes.new("GeometryNodeObjectInfo")
+        node.inputs["Object"].default_value, node.inputs["As Instance"].default_value = made, True
+        out = tree.nodes.new("NodeGroupOutput")
+        tree.links.new(node.outputs["Geometry"], out.inputs[0])
+        holder = world.box((0.1, 0.1, 0.1), (1, 0, 3), "Copy")
+        holder.modifiers.new("nodes", "NODES").node_group = tree
+    sensor = world.sensor("LIGHT", "light", method="ILLUMINANCE", samples=64, update_rate=24.0)
+    sensor.matrix_world = facing((0, 0, 1)).tolist()
+    world.scene.frame_end = 5
+    found = world.series(world.run(), "light", "illuminance_lux")
+    assert found[0] > 135.0 and found[3:] == [0.0, 0.0]

@@ -155,8 +155,28 @@ def to_a_bone() -> None:
     obj.parent, obj.parent_type, obj.parent_bone = rig, "BONE", "bone"
 
 
+def frame_below_resident() -> None:
+    frame().parent = resident()
+    frame().matrix_parent_inverse = resident().matrix_world.inverted()
+
+
+def on_a_chair() -> None:
+    """The resident is a child of a marked place, which must not count it as a part."""
+    resident().parent = bpy.data.objects["Chair"]
+    resident().matrix_parent_inverse = bpy.data.objects["Chair"].matrix_world.inverted()
+
+
+def posed_otherwise() -> None:
+    """The user has turned and scaled bones, by other rotation modes than the keyframes have."""
+    resident().rotation_mode = "AXIS_ANGLE"
+    for bone in resident().pose.bones:
+        bone.rotation_mode = "XYZ"
+        bone.location, bone.scale, bone.rotation_euler = (0.3, 0, 0), (1.5, 1, 1), (0.2, 0, 0)
+
+
 WAYS = [moved, turned, tilted, scaled, shrunk, kept, delta, delta_quaternion, nested,
-        everything, everything_but_the_frame, to_a_bone]  # fmt: skip
+        everything, everything_but_the_frame, to_a_bone, frame_below_resident, on_a_chair,
+        posed_otherwise]  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -202,7 +222,65 @@ def uneven_frame() -> str:
     return f"'{frame().name}' cannot turn without distortion"
 
 
-@pytest.mark.parametrize("way", [uneven, constrained, uneven_frame])
+def driven() -> str:
+    resident().driver_add("location", 0).driver.expression = "1.0"
+    return "'Anna' has drivers, which move it away from where a day puts it: 'location'"
+
+
+def driven_above() -> str:
+    below(resident()).driver_add("location", 0).driver.expression = "frame / 100"
+    return "'Anna' moves with the drivers of 'Above' during a day"
+
+
+def physical() -> str:
+    bpy.ops.rigidbody.world_add()
+    bpy.context.view_layer.objects.active = frame()
+    bpy.ops.rigidbody.object_add(type="ACTIVE")
+    return f"'{frame().name}' is moved by physics, not by a day"
+
+
+def bent() -> str:
+    resident().pose.bones["pelvis"].constraints.new("LIMIT_LOCATION").name = "Stop"
+    return (
+        "Bones of 'Anna' have constraints or drivers, which bend the body away from its poses in "
+        "a day: 'Stop'"
+    )
+
+
+def body_aside() -> str:
+    body().delta_location = (1.0, 0.0, 0.0)
+    return f"'{body().name}' is not where its armature 'Anna' is"
+
+
+def body_loose() -> str:
+    body().parent = None
+    return "'Anna' has no body"
+
+
+def body_stiff() -> str:
+    body().modifiers[0].show_viewport = False
+    return f"'{body().name}' is not bent by 'Anna': its Armature modifier is off"
+
+
+def body() -> Any:
+    return part("residents.blender.person").body_of(resident())
+
+
+@pytest.mark.parametrize(
+    "way",
+    [
+        uneven,
+        constrained,
+        uneven_frame,
+        driven,
+        driven_above,
+        physical,
+        bent,
+        body_aside,
+        body_loose,
+        body_stiff,
+    ],
+)
 def test_what_a_day_cannot_place_is_told(home, way, capsys) -> None:
     text = way()
     bpy.context.view_layer.update()
@@ -216,6 +294,32 @@ def test_what_a_day_cannot_place_is_told(home, way, capsys) -> None:
     plan = run.Plan.of(ROUTINE, "routine")
     household = run.HouseholdDays(home.scene, [], plan, date(2026, 3, 2), 0)
     assert household.take_notes() == list(checked.unable) and household.take_notes() == []
+
+
+def test_a_constraint_without_a_target_is_no_finding(home) -> None:
+    resident().constraints.new("COPY_LOCATION")
+    bpy.context.view_layer.update()
+    assert (
+        part("residents.blender.reachable")
+        .check_places(bpy.context.evaluated_depsgraph_get())
+        .unable
+        == ()
+    )
+
+
+def test_a_door_that_cannot_turn_is_told_by_a_day_too(home) -> None:
+    leaf = home.box((0.9, 0.04, 2.0), (2.5, 0.02, 1.0), "Front door")
+    leaf.angen_place.use = "DOOR"
+    leaf.driver_add("rotation_euler", 2).driver.expression = "0.0"
+    bpy.context.view_layer.update()
+    run = part("residents.blender.run")
+    plan = run.Plan.of(ROUTINE, "routine")
+    [text] = run.Household(home.scene, [], plan, date(2026, 3, 2), 0).take_notes()
+    assert text.startswith("'Front door' has drivers, which move it away")
+    doctor, depsgraph = part("angen_addon.doctor"), bpy.context.evaluated_depsgraph_get()
+    examined = doctor.Examined(home.scene, bpy.context.view_layer, depsgraph)
+    [(problem, *_)] = doctor.CHECKS["residents"](examined)
+    assert text.startswith(problem)
 
 
 def test_the_doctor_tells_a_body_that_is_drawn_with_another_size(home) -> None:

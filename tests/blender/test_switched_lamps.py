@@ -121,6 +121,32 @@ def bulb_in_shade(world, lamp) -> None:
     glowing(world, lamp, linked=True)
 
 
+def keyed_glow(world, lamp) -> None:
+    """The glow is keyed: off at first, at its full strength later."""
+    glowing(world, lamp)
+    tree = bpy.data.materials["glow"].node_tree
+    node = next(n for n in tree.nodes if n.type == "EMISSION")
+    for frame, value in ((40, 30.0), (1, 0.0)):
+        node.inputs["Strength"].default_value = value
+        node.inputs["Strength"].keyframe_insert("default_value", frame=frame)
+
+
+def strip(world, lamp) -> None:
+    """An NLA strip says with what power the bulb shines; it is off at the first frame."""
+    light = bulb(world, "bulb", (0, 0, -0.2), lamp).data
+    world.key(light, "energy", {1: 0.0, 40: 20.0})
+    data = light.animation_data
+    data.nla_tracks.new().strips.new("on", 1, data.action)
+    data.action = None
+    world.scene.frame_set(1)
+
+
+def asset(world, lamp) -> None:
+    """The lamp is an instance of a collection, as of an asset."""
+    made = bulb(world, "bulb", (0, 0, -0.2), None)
+    world.instance("inside", world.aside("asset", made)).parent = lamp
+
+
 def state() -> dict[str, Any]:
     """Return what a day must leave as it is.
 
@@ -156,7 +182,8 @@ def lux_of_a_minute() -> list[float]:
 
 
 @pytest.mark.parametrize(
-    "kind", [bulbs, arm, driven, shared, glowing, glowing_group, bulb_in_shade]
+    "kind",
+    [bulbs, arm, driven, shared, glowing, glowing_group, bulb_in_shade, keyed_glow, strip, asset],
 )
 def test_switching_a_lamp_off_takes_all_its_light_and_no_other(home, kind) -> None:
     lamp = bpy.data.objects["Lamp"]
@@ -182,7 +209,7 @@ def test_switching_a_lamp_off_takes_all_its_light_and_no_other(home, kind) -> No
 
 
 @pytest.mark.parametrize("renamed", [False, True], ids=["", "renamed"])
-@pytest.mark.parametrize("kind", [shared, driven, glowing_group])
+@pytest.mark.parametrize("kind", [shared, driven, glowing_group, strip, asset])
 def test_a_shown_day_gives_lamps_back_after_saving(home, tmp_path, kind, renamed) -> None:
     shown = part("residents.blender.shown")
     timeline, places = part("residents.acting.timeline"), part("residents.acting.places")
@@ -226,7 +253,53 @@ def instanced(world, lamp) -> str:
     return "'bulb' is switched together with its instance 'copy'"
 
 
-@pytest.mark.parametrize("kind", [nothing, powerless, instanced])
+def by_nodes(world, shown: Any) -> Any:
+    """Add a box of whose nodes an instance of an object comes."""
+    tree = bpy.data.node_groups.new("nodes", "GeometryNodeTree")
+    tree.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
+    node = tree.nodes.new("GeometryNodeObjectInfo")
+    node.inputs["Object"].default_value, node.inputs["As Instance"].default_value = shown, True
+    out = tree.nodes.new("NodeGroupOutput")
+    tree.links.new(node.outputs["Geometry"], out.inputs[0])
+    box = world.box((0.1, 0.1, 0.1), (0.5, 0, 0), "by nodes")
+    box.modifiers.new("nodes", "NODES").node_group = tree
+    return box
+
+
+def instanced_by_nodes(world, lamp) -> str:
+    by_nodes(world, bulb(world, "bulb", (0, 0, -0.2), lamp))
+    return "'bulb' is switched together with its instance 'by nodes'"
+
+
+def instancing(world, lamp) -> str:
+    by_nodes(world, bulb(world, "bulb", (9, 9, 9), None)).parent = lamp
+    return "'Lamp' stays on: its modifiers or particles instance 'bulb'"
+
+
+def glowing_pipe(world, lamp) -> str:
+    """The nodes of a curve give it a surface that glows."""
+    glowing(world, lamp)
+    tube = bpy.data.objects["tube"]
+    tube.material_slots[0].material = None
+    data = bpy.data.curves.new("pipe", "CURVE")
+    data.splines.new("POLY").points.add(1)
+    pipe = world.link("pipe", data)
+    pipe.parent = lamp
+    tree = bpy.data.node_groups.new("nodes", "GeometryNodeTree")
+    tree.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
+    cube = tree.nodes.new("GeometryNodeMeshCube")
+    made = tree.nodes.new("GeometryNodeSetMaterial")
+    made.inputs["Material"].default_value = bpy.data.materials["glow"]
+    out = tree.nodes.new("NodeGroupOutput")
+    tree.links.new(cube.outputs[0], made.inputs[0])
+    tree.links.new(made.outputs[0], out.inputs[0])
+    pipe.modifiers.new("nodes", "NODES").node_group = tree
+    return "'Lamp' stays on: its modifiers make 'pipe' glow"
+
+
+@pytest.mark.parametrize(
+    "kind", [nothing, powerless, instanced, instanced_by_nodes, instancing, glowing_pipe]
+)
 def test_what_residents_cannot_switch_is_named(home, kind) -> None:
     lamp = bpy.data.objects["Lamp"]
     text = kind(home, lamp)

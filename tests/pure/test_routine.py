@@ -494,3 +494,21 @@ def test_a_short_entry_is_done_every_day() -> None:
     text = ONE_PERSON.format(entries=f"{{ {entry} }}, {{ {night} }}")
     read = [s for s in drawn(text, days=60) if s.activity == "Read"]
     assert len(read) == 60
+
+
+@pytest.mark.parametrize("spread", ["20 min", "1 h"])
+def test_each_of_a_row_of_entries_is_done_every_day(spread) -> None:
+    """Each has a fixed end, or is short, and their drawn times overlap on most days."""
+    ends = ['until = "09:10"', 'lasts = "9 min"', 'until = "09:30"', 'until = "09:40"']
+    row = ", ".join(
+        f'{{ at = "09:{10 * place:02d}", spread = "{spread}", activity = "Do{place}", {end} }}'
+        for place, end in enumerate(ends)
+    )
+    row += ', { at = "14:00", activity = "Sleep", lasts = "2 h" }'
+    acts = "".join(f'[activity.Do{place}]\ndo = ["sit Sofa"]\n' for place in range(4))
+    text = ONE_PERSON.format(entries=row).replace("[[plan]]", f"{acts}[[plan]]")
+    for seed in range(10):
+        found = drawn(text, days=20, seed=seed)
+        for place in range(4):
+            done = [s for s in found if s.activity == f"Do{place}"]
+            assert len(done) == 20 and min(s.end - s.start for s in done) >= 29.0

@@ -10,7 +10,7 @@ images, volumes) count as changed.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from typing import Any, NamedTuple
 
 import bpy
@@ -97,6 +97,10 @@ class LightChanges:
         # The digests of power, motion and values, as in `LightState`.
         self._digests: tuple[str | None, ...] = (None, None, None)
         self._empties_matter = False
+        # The data of lamps in instances, and what they were found for. To look at each frame would
+        # take a microsecond an instance.
+        self._instanced: set[Any] = set()
+        self._instanced_at: Any = None
         # Whether there are films, whose changes are not in Blender's list of updates.
         self._has_films = False
         # Attributes that nodes look up in the view layer, the scene and the world.
@@ -153,8 +157,11 @@ class LightChanges:
         world = scene.world.session_uid if scene.world else 0
         names = [(name, looked_up(name, view_layer)) for name in sorted(self._names)]
         shown = list(shown_objects(view_layer))
-        apart, other = lamp_powers(shown)
         uids = [obj.session_uid for obj in shown]
+        if self._instanced_at != (self._count, uids, edits):
+            self._instanced_at = self._count, uids, edits
+            self._instanced = _instanced_lights(depsgraph)
+        apart, other = lamp_powers(shown, self._instanced)
         found = (
             _digest(apart),
             self._motion(view_layer, depsgraph),
@@ -269,11 +276,22 @@ def looks_at_places(tree: Any) -> bool:
     return any(getattr(n, "object", None) or n.type == "ATTRIBUTE" for n in tree.nodes)
 
 
-def lamp_powers(shown: Sequence[Any]) -> tuple[list[Any], list[Any]]:
+def _instanced_lights(depsgraph: Any) -> set[Any]:
+    """Return the data of lamps in instances, as collections, nodes, vertices or particles make."""
+    return {
+        one.object.data.original
+        for one in depsgraph.object_instances
+        if one.is_instance and one.object.type == "LIGHT"
+    }
+
+
+def lamp_powers(
+    shown: Sequence[Any], instanced: Container[Any] = ()
+) -> tuple[list[Any], list[Any]]:
     """Return the powers of lamps that light groups can separate, and the powers of all other lamps.
 
     A lamp can be separated if all objects that use its data are among `shown`, the objects that the
-    viewport shows. The data of a lamp in a collection instance have another user.
+    viewport shows, and if its data are not among `instanced`, the data of lamps in instances.
     """
     users: dict[Any, int] = {}
     for obj in shown:
@@ -283,7 +301,7 @@ def lamp_powers(shown: Sequence[Any]) -> tuple[list[Any], list[Any]]:
     other: list[Any] = []
     for data in bpy.data.lights:
         if LIGHT_MARK not in data:
-            is_apart = data.users - data.use_fake_user == users.get(data)
+            is_apart = data.users - data.use_fake_user == users.get(data) and data not in instanced
             power = data.session_uid, data.energy, *tint_of(data)
             (apart if is_apart else other).append(power)
     return apart, other

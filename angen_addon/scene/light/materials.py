@@ -157,7 +157,7 @@ def _colour(node: Any, name: str, otherwise: Array) -> Array:
 def glows(material: Any) -> bool:
     """Return whether the nodes of a material can emit light."""
     for node in _nodes(material.node_tree, set()):
-        if node.type == "EMISSION":
+        if node.type in {"EMISSION", "BACKGROUND"}:
             return True
         strength = node.inputs.get("Emission Strength")
         if strength is not None and (strength.is_linked or strength.default_value != 0.0):

@@ -31,7 +31,6 @@ from ..operators.recording import why_not_fresh
 from ..sensor_logic.recording.tracks import Recording, Track
 from ..sensor_logic.wording import capital
 
-
 # How many letters fit a line of a popover, beside an icon.
 POPOVER_LETTERS = 26
 

@@ -78,7 +78,10 @@ class ANGEN_OT_place_propose(LongWork, Operator):
         )
 
     def _finish(self, context: Context, result: Proposal) -> None:
-        shown.show_proposal(context.scene, result, self._like, self.preset)
+        for ghost in shown.show_proposal(context.scene, result, self._like, self.preset):
+            # Blender writes the names of unselected objects in black, also on dark walls.
+            if ghost.name in context.view_layer.objects:
+                ghost.select_set(True)
         self.report({"INFO"}, result.summary())
 
 

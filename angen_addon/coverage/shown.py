@@ -157,7 +157,7 @@ def show_proposal(scene: Any, proposal: Proposal, like: str = "", preset: str = 
         ghost.empty_display_type = "CONE"
         ghost.empty_display_size = SHOWN_M / unit_scale(scene)
         ghost.matrix_world = Matrix(matrix_of(candidate.pose, unit_scale(scene)).tolist())
-        ghost.show_name = True
+        ghost.show_name = ghost.show_in_front = True
         ghost[COVERAGE_MARK] = PROPOSAL
         ghost.angen_sensor.room = candidate.room
         ghost[LIKE], ghost[PRESET] = like, preset

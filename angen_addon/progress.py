@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Report the progress of long work, and estimate the time left.
 
-Long work is a generator. It yields a `Doing` from time to time, and its result as the last item or
-as its return value.
+Long work is a generator, of the type `Work`. From time to time it yields a `Doing`, or None where
+there is nothing new to say. It returns its result.
 """
 
 from __future__ import annotations
@@ -11,13 +11,10 @@ import math
 import time
 from collections import deque
 from collections.abc import Generator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
-S = TypeVar("S")
 T = TypeVar("T")
-# A generator that yields its share, how much of the work is done (0 to 1), and returns the result.
-Shares = Generator[float, None, T]
 
 # The estimate is given after this many seconds, and once this share of the work is done.
 SURE_AFTER_S, SURE_AFTER = 3.0, 0.02
@@ -34,7 +31,7 @@ class Doing:
     share
         The fraction of the work that is done, from 0 to 1.
     text
-        A text that says what is being done now.
+        A text that says what is being done now; empty if the caller knows.
     slow
         Whether the next step takes long. A window then shows this text before the step begins.
     found
@@ -42,9 +39,14 @@ class Doing:
     """
 
     share: float
-    text: str
+    text: str = ""
     slow: bool = False
     found: bool = False
+
+
+Work = Generator[Doing | None, None, T]
+# Work that yields only so that it can be ended between its steps.
+Steps = Generator[None, None, T]
 
 
 class Enough(Exception):
@@ -65,8 +67,8 @@ def finished(work: Generator[Any, None, T]) -> T:
             return result
 
 
-def saying(progress: S, work: Generator[Any, None, T]) -> Generator[S, None, T]:
-    """Run a generator; yield `progress` before each of its steps, and return its return value."""
+def saying(progress: Doing, work: Work[T]) -> Work[T]:
+    """Run work; yield `progress` before each of its steps, and return its result."""
     while True:
         yield progress
         try:
@@ -76,32 +78,21 @@ def saying(progress: S, work: Generator[Any, None, T]) -> Generator[S, None, T]:
             return result
 
 
-def scaled(work: Shares[T], low: float, high: float) -> Shares[T]:
-    """Run a generator, and scale the fractions from 0 to 1 that it yields to `low` to `high`.
+def part_of(work: Work[T], low: float, high: float, text: str = "") -> Work[T]:
+    """Run work that is a part of larger work, and return its result.
 
-    The generator is a part of larger work. Return the return value of the generator.
+    Its shares from 0 to 1 become `low` to `high`. A `text` replaces its texts.
     """
     while True:
         try:
-            share = next(work)
+            now = next(work)
         except StopIteration as end:
             result: T = end.value
             return result
-        yield low + (high - low) * share
-
-
-def doing(text: str, work: Shares[T]) -> Generator[Doing, None, T]:
-    """Run a generator that yields fractions, and yield each as a `Doing` with this text.
-
-    Return the return value of the generator.
-    """
-    while True:
-        try:
-            share = next(work)
-        except StopIteration as end:
-            result: T = end.value
-            return result
-        yield Doing(share, text)
+        if now is not None:
+            share = low + (high - low) * now.share
+            now = replace(now, share=share, text=text or now.text)
+        yield now
 
 
 class TimeLeft:

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from angen_sensors.angen_addon.runtime import stillness
 from angen_sensors.residents.blender import run as living
-from angen_sensors.residents.blender.run import Household, Plan
+from angen_sensors.residents.blender.run import HouseholdDays, Plan
 
 from .common import SAMPLES, apart, memory_mib, open_home, progress, sensors_of
 
@@ -44,9 +44,9 @@ def measure(quick: bool) -> dict[str, Any]:
     return {"cases": rows, "checked": _checked(*(QUICK_CHECKED if quick else CHECKED))}
 
 
-def _household(kinds: tuple[str, ...], home: str, week: str) -> Household:
+def _household(kinds: tuple[str, ...], home: str, week: str) -> HouseholdDays:
     scene = open_home(SAMPLES / home)
-    return Household(scene, sensors_of(*kinds), Plan.read(SAMPLES / week), START, SEED)
+    return HouseholdDays(scene, sensors_of(*kinds), Plan.read(SAMPLES / week), START, SEED)
 
 
 def case(name: str, kinds: tuple[str, ...], days: int, morning: bool) -> dict[str, Any]:
@@ -116,7 +116,9 @@ def _checked(count: int, seconds: float) -> dict[str, Any]:
     return found
 
 
-def _stretch(household: Household, number: int, between: tuple[float, float]) -> tuple[Any, float]:
+def _stretch(
+    household: HouseholdDays, number: int, between: tuple[float, float]
+) -> tuple[Any, float]:
     """Return the tracks of a part of a day, and the seconds that it took."""
     begin, acted = time.perf_counter(), household.acted(number)
     with household.keyed() as keys:

@@ -35,8 +35,8 @@ from mathutils import Vector
 from angen_addon.process.standalone import load_extension
 
 EXTENSION = load_extension()
-from angen_sensors.angen_addon.scene.changes import LightChanges  # noqa: E402
 from angen_sensors.angen_addon.scene.light import engine, probe  # noqa: E402
+from angen_sensors.angen_addon.scene.light.changes import LightChanges  # noqa: E402
 from angen_sensors.angen_addon.scene.light.cycles import CyclesLight  # noqa: E402
 from angen_sensors.angen_addon.scene.light.probe import LightRequest  # noqa: E402
 

@@ -24,9 +24,9 @@ from typing import Any
 
 import bpy
 import numpy as np
-from angen_sensors.angen_addon.scene.changes import tint_of
 from angen_sensors.angen_addon.scene.instances import shown_objects
 from angen_sensors.angen_addon.scene.light import probe
+from angen_sensors.angen_addon.scene.light.changes import tint_of
 from angen_sensors.angen_addon.scene.light.faces import face_size
 from angen_sensors.angen_addon.scene.light.materials import Surfaces, glows, is_clear
 from angen_sensors.angen_addon.scene.light.probe import LightRequest

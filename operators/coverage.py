@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator
 from typing import Any
 
 import bpy
@@ -16,7 +15,7 @@ from ..angen_addon.coverage.command import picture
 from ..angen_addon.coverage.maps import MAPPED, cover
 from ..angen_addon.coverage.settings import motion_of, room_names
 from ..angen_addon.output.output_files import write
-from ..angen_addon.progress import Doing
+from ..angen_addon.progress import Work, finished
 from ..angen_addon.relative_path import ChosenFile
 from ..angen_addon.scene.sensors import all_sensors, decimal
 from ..sensor_logic.coverage.grid import CoverageMap, map_csv
@@ -38,11 +37,8 @@ def has_detector(cls: Any, context: Context) -> bool:
     ) and can_read_scene(cls, context)
 
 
-def begin_map(context: Context) -> Generator[Doing | CoverageMap, None, None]:
-    """Return a generator that computes a coverage map with the scene's settings.
-
-    It yields `Doing` as progress, and the map last.
-    """
+def begin_map(context: Context) -> Work[CoverageMap]:
+    """Return the work that computes a coverage map with the scene's settings."""
     settings = context.scene.angen_coverage
     sensors = all_sensors(context.view_layer)
     chosen = [s for s in sensors if not settings.selected or s.selected]
@@ -67,7 +63,7 @@ class ANGEN_OT_coverage(LongWork, Operator):
 
     poll = classmethod(has_detector)
 
-    def _begin(self, context: Context) -> Generator[Any, None, None]:
+    def _begin(self, context: Context) -> Work[CoverageMap]:
         return begin_map(context)
 
     def _finish(self, context: Context, result: CoverageMap) -> None:
@@ -120,8 +116,7 @@ class ANGEN_OT_export_coverage(Operator, ChosenFile, ExportHelper):
             if path.suffix.lower() not in {".svg", ".csv"}:
                 raise AngenError(f"Export: {path.name} must end in .svg or .csv")
             check_folder(path.parent, "Export")
-            *_, found = begin_map(context)
-            assert isinstance(found, CoverageMap)
+            found = finished(begin_map(context))
             text = map_csv(found)
             if path.suffix.lower() == ".svg":
                 depsgraph = context.evaluated_depsgraph_get()

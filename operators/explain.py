@@ -3,11 +3,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import bpy
 from bpy.props import BoolProperty
 from bpy.types import Context, Operator
 
 from ..angen_addon.explain.explain import MEMORY, explain
+from ..angen_addon.runtime import state
 from ..angen_addon.runtime.time_base import clock_of
 from ..angen_addon.view.active import active_sensor
 from ..sensor_logic.error import AngenError
@@ -56,6 +59,10 @@ class ANGEN_OT_explain(Operator):
             explanation = explain(scene, sensor, recording, index)
         except AngenError as error:
             return cancelled(self, error)
+        kept = state.CACHE.kept(scene)
+        if kept is not None and kept.stale and not explanation.doubt:
+            doubt = f"the recording is stale ({kept.stale}): simulate again"
+            explanation = replace(explanation, doubt=doubt)
         MEMORY.keep(recording, sensor.uid, explanation)
         self.report({"WARNING" if explanation.doubt else "INFO"}, explanation.headline)
         return {"FINISHED"}

@@ -4,13 +4,11 @@
 from __future__ import annotations
 
 import time
-from collections import deque
-from collections.abc import Generator
 from typing import Any
 
 from bpy.types import Context, Event
 
-from ..angen_addon.progress import Doing, Enough, TimeLeft
+from ..angen_addon.progress import Doing, Enough, TimeLeft, Work, finished
 from ..angen_addon.runtime import state
 from ..sensor_logic.error import AngenError
 from .polls import cancelled
@@ -41,11 +39,10 @@ class Slices:
 
 
 class LongWork:
-    """Mix-in of operators whose work is a generator that yields `Doing` objects and a result.
+    """Mix-in of operators whose work is a generator, of the type `Work`.
 
-    A `Doing` holds the progress, and the result comes last. In a script the work runs to its end at
-    once. In a window it runs in time slices. Esc then throws the exception `Enough` into the
-    generator.
+    In a script the work runs to its end at once. In a window it runs in time slices. Esc then
+    throws the exception `Enough` into the generator.
     """
 
     # The status bar says what Esc does: "Esc cancels".
@@ -54,14 +51,14 @@ class LongWork:
     bl_idname: str
     bl_label: str
     report: Any
-    _run: Generator[Any, None, None]
+    _run: Work[Any]
     _timer: Any = None
     _slices: Slices
     _left: TimeLeft
     _is_slow = False
 
-    def _begin(self, context: Context) -> Generator[Any, None, None]:
-        """Return the generator that does the work. Raise `AngenError` if the work cannot begin."""
+    def _begin(self, context: Context) -> Work[Any]:
+        """Return the work. Raise `AngenError` if it cannot begin."""
         raise NotImplementedError
 
     def _finish(self, context: Context, result: Any) -> set[str] | None:
@@ -73,9 +70,7 @@ class LongWork:
 
     def execute(self, context: Context) -> set[str]:
         try:
-            # Only the last value is the result.
-            result = deque(self._begin(context), maxlen=1).pop()
-            return self._finish(context, result) or {"FINISHED"}
+            return self._finish(context, finished(self._begin(context))) or {"FINISHED"}
         except AngenError as error:
             return cancelled(self, error)
 
@@ -99,12 +94,14 @@ class LongWork:
             # The scene must not change while the generator reads it.
             return {"RUNNING_MODAL"}
         try:
-            result = self._run.throw(Enough) if event.type == "ESC" else self._advance()
-            if isinstance(result, Doing):
-                self._show(context, result)
-                return {"RUNNING_MODAL"}
-            self._close(context)
-            return self._finish(context, result) or {"FINISHED"}
+            try:
+                doing = self._run.throw(Enough) if event.type == "ESC" else self._advance()
+            except StopIteration as end:
+                self._close(context)
+                return self._finish(context, end.value) or {"FINISHED"}
+            if doing is not None:
+                self._show(context, doing)
+            return {"RUNNING_MODAL"}
         except Enough:
             self._close(context)
             self.report({"INFO"}, "Cancelled; nothing has changed")
@@ -116,21 +113,24 @@ class LongWork:
             self.cancel(context)
             raise
 
-    def _advance(self) -> Any:
-        """Run the generator for one time slice; return its last `Doing`, or its result."""
-        until = self._slices.begin()
-        result = None
-        for result in self._run:
-            if isinstance(result, Doing):
-                self._left.note(result.share)
+    def _advance(self) -> Doing | None:
+        """Run the work for one time slice, and return its last news.
+
+        Raise `StopIteration` with the result if the work ends.
+        """
+        until, last = self._slices.begin(), None
+        while True:
+            now = next(self._run)
+            begins, needed = False, 0.0
+            if now is not None:
+                last = now
+                self._left.note(now.share)
                 # Of several slow steps only the first is shown when it begins: redraws take time.
-                begins, self._is_slow = result.slow and not self._is_slow, result.slow
-                left = until - time.perf_counter()
-                if not begins and left > (SLOW_STEP if result.slow else 0.0):
-                    continue
-            break
-        self._slices.end()
-        return result
+                begins, self._is_slow = now.slow and not self._is_slow, now.slow
+                needed = SLOW_STEP if now.slow else 0.0
+            if begins or until - time.perf_counter() <= needed:
+                self._slices.end()
+                return last
 
     def _show(self, context: Context, doing: Doing) -> None:
         """Show the progress in the status bar, at the mouse pointer and in the sidebar."""

@@ -3,12 +3,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator
-from typing import Any
-
 import bpy
 from bpy.types import Context, Operator
 
+from ..angen_addon.progress import Work
 from ..angen_addon.runtime.live import live_of
 from ..angen_addon.runtime.playhead import fresh_recording
 from ..angen_addon.scene.sensors import Sensor, all_sensors, simulated
@@ -45,7 +43,7 @@ class ANGEN_OT_measure_light(LongWork, Operator):
             and needs(cls, fresh_recording(scene) is None, "The light of this frame is recorded")
         )
 
-    def _begin(self, context: Context) -> Generator[Any, None, None]:
+    def _begin(self, context: Context) -> Work[int]:
         self._names = [sensor.name for sensor in light_sensors(context)]
         live = live_of(context.scene)
         return live.measure_now(context.scene, context.view_layer, light_sensors(context))

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator
 from typing import Any
 
 import bpy
@@ -15,7 +14,7 @@ from ..angen_addon.coverage import shown
 from ..angen_addon.coverage.maps import MAPPED
 from ..angen_addon.coverage.proposal import Proposal, Wish, propose
 from ..angen_addon.coverage.settings import motion_of, room_names
-from ..angen_addon.progress import Doing
+from ..angen_addon.progress import Doing, Work
 from ..angen_addon.scene.instances import stands_for
 from ..angen_addon.scene.sensors import Sensor, all_sensors, decimal, room_of
 from ..sensor_logic.error import AngenError
@@ -56,7 +55,7 @@ class ANGEN_OT_place_propose(LongWork, Operator):
         self.esc = "keeps the best places so far" if doing.found else "cancels"
         super()._show(context, doing)
 
-    def _begin(self, context: Context) -> Generator[Any, None, None]:
+    def _begin(self, context: Context) -> Work[Proposal]:
         settings = context.scene.angen_coverage
         like = None if self.preset else active_detector(context)
         pattern = shown.pattern(like, self.preset)

@@ -18,7 +18,7 @@ from bpy.props import BoolProperty, IntProperty
 from bpy.types import Context, Event, Operator
 
 from ..angen_addon.advice import lacking
-from ..angen_addon.progress import Doing, Enough
+from ..angen_addon.progress import Doing, Enough, Work
 from ..angen_addon.recording.stored_recording import StoredRecording, settings_of, stored_run
 from ..angen_addon.runtime import state
 from ..angen_addon.runtime.simulation import Progress, simulate
@@ -209,7 +209,7 @@ class ANGEN_OT_simulate(LongWork, Operator):
             kept.verify(scene, context.evaluated_depsgraph_get())
         return plan_run(max(first, scene.frame_start), last, sensors, kept)
 
-    def _begin(self, context: Context) -> Generator[Any, None, None]:
+    def _begin(self, context: Context) -> Work[bool]:
         scene, plan = context.scene, self._planned
         if plan.note:
             self.report({"INFO"}, plan.note)
@@ -224,8 +224,8 @@ class ANGEN_OT_simulate(LongWork, Operator):
         self._settings = settings_of(scene, all_sensors(context.view_layer), plan.sensors)
         return self._steps(run)
 
-    def _steps(self, run: Generator[Progress, None, None]) -> Generator[Any, None, None]:
-        """Simulate; yield the progress as `Doing`, and last whether Esc ended the run (bool)."""
+    def _steps(self, run: Generator[Progress, None, None]) -> Work[bool]:
+        """Simulate, and return whether Esc ended the run."""
         early = False
         try:
             for now in run:
@@ -240,7 +240,7 @@ class ANGEN_OT_simulate(LongWork, Operator):
             self.report({"ERROR"}, str(error))
         finally:
             run.close()
-        yield early
+        return early
 
     def _finish(self, context: Context, early: bool = False) -> set[str] | None:
         return None if self._store(context, early) else {"CANCELLED"}

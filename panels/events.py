@@ -24,7 +24,7 @@ from ..angen_addon.view.panel_parts import (
     draw_lines,
     draw_row,
 )
-from ..angen_addon.view.timeline.draw import MODE, why_no_rows
+from ..angen_addon.view.timeline.draw import MODE, TOO_LOW, why_no_rows
 from ..angen_addon.view.timeline.layout import HISTORIES, HistoryRow
 from ..operators.markers import event_name
 from ..operators.recording import why_not_fresh
@@ -129,6 +129,8 @@ class ANGEN_PT_timeline(Panel):
         column.prop(settings, "names")
         if state.CACHE.recording(context.scene) is None:
             layout.label(text=why_not_fresh(context.scene), icon="INFO")
+        elif why_no_rows(context) == TOO_LOW:
+            layout.label(text="Drag the upper edge of the Timeline up to see rows", icon="INFO")
         layout.separator()
         line = layout.row(align=True)
         line.operator("angen.markers_add", icon="MARKER_HLT")
@@ -140,10 +142,10 @@ def draw_in_timeline_header(self: Any, context: Context) -> None:
         return
     row = self.layout.row(align=True)
     row.prop(context.scene.angen_timeline, "show", text="", icon="SEQ_HISTOGRAM")
-    row.popover(ANGEN_PT_timeline.__name__, text="Sensors")
     why = why_no_rows(context)
-    if why:
-        self.layout.label(text=why, icon="INFO")
+    # The reason takes the place of the name, since the header has no room for both.
+    icon = "INFO" if why else "NONE"
+    row.popover(ANGEN_PT_timeline.__name__, text=why or "Sensors", icon=icon)
 
 
 CLASSES = (ANGEN_PT_events, ANGEN_PT_timeline)

@@ -9,7 +9,7 @@ import bpy
 from bpy.types import Context, Panel, Scene, UILayout
 
 from ..angen_addon.advice.sensing import background_sets
-from ..angen_addon.recording.stored_recording import THIS_BLENDER, version_text
+from ..angen_addon.recording.followed_scene import THIS_BLENDER, version_text
 from ..angen_addon.runtime import state
 from ..angen_addon.scene.sensors import Sensor, simulated
 from ..angen_addon.view.panel_parts import (
@@ -125,7 +125,8 @@ def draw_recording(layout: UILayout, scene: Scene, sensors: Sequence[Sensor]) ->
         elif left_out:
             layout.label(text=f"{plural(len(left_out), 'sensor')} not recorded", icon="INFO")
         if kept.made_in != THIS_BLENDER:
-            layout.label(text=f"Made in Blender {version_text(kept.made_in)}", icon="INFO")
+            text = f"Made in Blender {version_text(kept.made_in)}: simulate again to be sure"
+            draw_lines(layout, text, "INFO")
         if not recording.covers(scene.frame_current + scene.frame_subframe):
             layout.label(text=f"This frame is not recorded: {values}", icon="INFO")
     aside = state.CACHE.kept_aside(scene)

@@ -38,7 +38,7 @@ from angen_home import (  # noqa: E402
     workroom,
 )
 from angen_sensors.residents.blender.keys import KeyedStretch  # noqa: E402
-from angen_sensors.residents.blender.run import Household, Plan  # noqa: E402
+from angen_sensors.residents.blender.run import HouseholdDays, Plan  # noqa: E402
 from angen_sensors.sensor_logic.error import InputError  # noqa: E402
 
 from angen_addon.commands.console import leave_hard  # noqa: E402
@@ -95,7 +95,7 @@ def add_story(scene: bpy.types.Scene) -> None:
     # Örebro in winter time: the sun of a day follows date and hour.
     site = scene.angen_site
     site.latitude, site.longitude, site.utc_offset = radians(59.27), radians(15.21), 1.0
-    household = Household(scene, [], Plan.read(HERE / "story.toml"), EVENING, seed=0)
+    household = HouseholdDays(scene, [], Plan.read(HERE / "story.toml"), EVENING, seed=0)
     keys = KeyedStretch(household.residents, household.places, plan.FPS, COMES_HOME)
     keys.show(household.acted(0), COMES_HOME, COMES_HOME + (FRAMES - 1) / plan.FPS)
     scene.frame_end = FRAMES

@@ -148,6 +148,9 @@ class Kind:
         The fields whose changes are in the event log.
     samples
         The fields that are columns of a sensor's sample file.
+    evidence
+        The fields that tell why the sensor read what it did: a recording has them for explanations,
+        and no file of other tools has.
     model
         A function that makes the `Model` of one sensor.
     needs
@@ -200,6 +203,7 @@ class Kind:
     view: Callable[[Any, Any, float], Any] | None = None
     owner_properties: tuple[OwnerProperties, ...] = ()
     value_when_idle: bool = True
+    evidence: tuple[Field, ...] = ()
 
     def requires(self, need: str, parameters: Any = None) -> bool:
         """Return whether the model makes the query `need` with these parameters.

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any, Generic, TypeVar
 
@@ -53,11 +53,15 @@ class Emission:
         The emissivity (n,) of that surface.
     ambient
         The ambient temperature in K.
+    left
+        The part (n,) of the temperatures in K that people have left in seats and beds; None without
+        any.
     """
 
     temperature: Array
     emissivity: Array
     ambient: float
+    left: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -125,10 +129,18 @@ class Answers:
 
     The answer at update i is `table[rows[i]]`. Successive updates with equal answers share a row of
     the table.
+
+    Attributes
+    ----------
+    hits
+        For a query that casts rays: their hits at each update, with the attributes `met` (n,),
+        numbers of solids (0 for none), and `ranges` (n,), in units of the scene. None if the scene
+        knows no solids.
     """
 
     table: Sequence[Any] | Array
     rows: Index
+    hits: Answers | None = None
 
     def __getitem__(self, i: Any) -> Any:
         return self.table[int(self.rows[i])]
@@ -148,6 +160,11 @@ class Answers:
 Ask = Callable[..., Any]
 
 
+def no_name(number: int) -> str:
+    """Return an empty name: the scene knows no solids."""
+    return ""
+
+
 @dataclass(frozen=True)
 class Update:
     """One update of a sensor.
@@ -165,6 +182,11 @@ class Update:
     device_noise
         A function that returns the random generator of the device. It draws the same numbers at
         each update.
+    hits
+        A function for each query that casts rays, by the query's name. It returns their hits, as in
+        `Answers.hits`; None if the scene knows no solids.
+    name_of
+        A function that returns the name of the solid with a number; empty for no solid.
     """
 
     number: int
@@ -173,10 +195,25 @@ class Update:
     scene: Mapping[str, Ask] = field(default_factory=dict)
     noise: Callable[[], np.random.Generator] = np.random.default_rng
     device_noise: Callable[[], np.random.Generator] = np.random.default_rng
+    hits: Mapping[str, Ask] = field(default_factory=dict)
+    name_of: Callable[[int], str] = no_name
 
     def ask(self, need: str, *question: Any) -> Any:
         """Return the scene's answer to the query `need`, with the arguments `question`."""
         return self.scene[need](*question)
+
+    def solids_hit(self, need: str, *question: Any) -> Index | None:
+        """Return the numbers (n,) of the solids that the rays of a query hit, 0 for none.
+
+        Return None if the scene knows no solids.
+        """
+        found = self.hits[need](*question) if need in self.hits else None
+        return None if found is None else found.met
+
+    def names_hit(self, need: str, *question: Any) -> list[str]:
+        """Return the names (n,) of the objects that the rays of a query hit, empty for none."""
+        found = self.solids_hit(need, *question)
+        return [""] * len(question[1]) if found is None else list(map(self.name_of, found.tolist()))
 
 
 @dataclass(frozen=True)
@@ -199,6 +236,8 @@ class Updates:
     device_noise
         A function that returns the random generator of the device. It draws the same numbers at
         each update.
+    name_of
+        A function that returns the name of the solid with a number; empty for no solid.
     """
 
     numbers: Index
@@ -208,6 +247,7 @@ class Updates:
     scene: Mapping[str, Ask]
     noise: Callable[[int], np.random.Generator]
     device_noise: Callable[[], np.random.Generator]
+    name_of: Callable[[int], str] = no_name
     _answered: dict[Any, tuple[Any, Answers]] = field(default_factory=dict)
 
     @classmethod
@@ -225,10 +265,31 @@ class Updates:
             {need: alone(ask) for need, ask in update.scene.items()},
             lambda _: update.noise(),
             update.device_noise,
+            update.name_of,
         )
 
     def __len__(self) -> int:
         return len(self.numbers)
+
+    def part(self, first: int, last: int) -> Updates:
+        """Return the updates from index `first` to before `last`."""
+        if (first, last) == (0, len(self)):
+            return self
+        some = np.arange(first, last)
+
+        def asked(ask: Ask) -> Ask:
+            return lambda *question, which=None: ask(
+                *question, which=some if which is None else some[which]
+            )
+
+        return replace(
+            self,
+            numbers=self.numbers[some],
+            times=self.times[some],
+            due=self.due[some],
+            scene={need: asked(ask) for need, ask in self.scene.items()},
+            _answered={},
+        )
 
     def ask(self, need: str, *question: Any, which: Index | None = None) -> Answers:
         """Return the scene's answers to the query `need`, with the arguments `question`.
@@ -247,10 +308,24 @@ class Updates:
         def one(need: str) -> Ask:
             return lambda *question: self._once(need, question)[i]
 
+        def hits(need: str) -> Ask:
+            def found(*question: Any) -> Any:
+                answers = self._once(need, question).hits
+                return None if answers is None else answers[i]
+
+            return found
+
         number = int(self.numbers[i])
-        scene = {need: one(need) for need in self.scene}
-        noise = partial(self.noise, number)
-        return Update(number, float(self.times[i]), self.pose, scene, noise, self.device_noise)
+        return Update(
+            number,
+            float(self.times[i]),
+            self.pose,
+            {need: one(need) for need in self.scene},
+            partial(self.noise, number),
+            self.device_noise,
+            {need: hits(need) for need in self.scene},
+            self.name_of,
+        )
 
     def _once(self, need: str, question: tuple[Any, ...]) -> Answers:
         # Other rays under the same bundle number replace the earlier ones.
@@ -263,11 +338,15 @@ class Updates:
 
 @dataclass(frozen=True)
 class Reading:
-    """The result of one update: the outputs `active` and `value`, and the published `fields`."""
+    """The result of one update: the outputs `active` and `value`, and the published `fields`.
+
+    `evidence` is why the sensor read this: the values of the kind's `evidence`, by name.
+    """
 
     active: bool
     value: float
     fields: dict[str, Any]
+    evidence: dict[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -283,35 +362,63 @@ class Readings:
     times
         The time (n,) in s of each reading, after the previous update and not after its own update.
         None means the times of the updates.
+    evidence
+        Why the sensor read this: an array or list (n,) for each of the kind's `evidence`.
     """
 
     active: NDArray[np.bool_]
     value: Array
     fields: dict[str, Any]
     times: Array | None = None
+    evidence: dict[str, Any] = field(default_factory=dict)
 
     @classmethod
     def of(cls, readings: Sequence[Reading]) -> Readings:
         """Return a list of readings as one `Readings`."""
-        names = readings[0].fields if readings else {}
+        names, why = (readings[0].fields, readings[0].evidence) if readings else ({}, {})
         return cls(
             np.array([one.active for one in readings], bool),
             np.array([one.value for one in readings], float),
             {name: [one.fields[name] for one in readings] for name in names},
+            evidence={name: [one.evidence[name] for one in readings] for name in why},
         )
 
     def __len__(self) -> int:
         return len(self.active)
 
     def __getitem__(self, i: int) -> Reading:
-        fields = {name: _plain(column, i) for name, column in self.fields.items()}
-        return Reading(bool(self.active[i]), float(self.value[i]), fields)
+        fields, evidence = (
+            {name: _plain(column, i) for name, column in columns.items()}
+            for columns in (self.fields, self.evidence)
+        )
+        return Reading(bool(self.active[i]), float(self.value[i]), fields, evidence)
 
 
 def _plain(column: Any, i: int) -> Any:
     """Return value i of a column as a Python object, not as a numpy scalar."""
     value = None if column is None else column[i]
     return value.item() if isinstance(value, np.generic) else value
+
+
+def joined_readings(parts: Sequence[Readings]) -> Readings:
+    """Return the readings of successive groups of updates as one `Readings`."""
+    if len(parts) == 1:
+        return parts[0]
+
+    def column(name: str, of: str) -> Any:
+        values = [getattr(part, of)[name] for part in parts]
+        if values[0] is None:
+            return None
+        return [one for part in values for one in part]
+
+    first = parts[0]
+    return Readings(
+        np.concatenate([part.active for part in parts]),
+        np.concatenate([part.value for part in parts]),
+        {name: column(name, "fields") for name in first.fields},
+        None if first.times is None else np.concatenate([part.times for part in parts]),
+        {name: column(name, "evidence") for name in first.evidence},
+    )
 
 
 class PerPose(Generic[P, T]):

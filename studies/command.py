@@ -9,11 +9,16 @@ from __future__ import annotations
 import argparse
 import os
 import signal
-import sys
 import time
 from dataclasses import replace
 
-from ..angen_addon.commands.console import BAD_INPUT, DONE, FAILED, note, write_message
+from ..angen_addon.commands.console import (
+    BAD_INPUT,
+    DONE,
+    FAILED,
+    ProgressText,
+    note,
+)
 from ..angen_addon.commands.parser import Parser, add_choice, choice_of, path, whole_number
 from ..parts import installation
 from ..sensor_logic.error import InputError
@@ -101,36 +106,33 @@ def _report(options: argparse.Namespace) -> int:
 
 
 class _ProgressLine:
-    """The progress of a study on standard error; in a terminal, one line that is overwritten."""
+    """The progress of a study on standard error."""
 
     def __init__(self) -> None:
         self.done = self.failed = self._first = 0
-        self._begin = self._shown = 0.0
-        self._terminal = sys.stderr is not None and sys.stderr.isatty()
+        self._begin = 0.0
+        self._text = ProgressText(quiet=False)
         self._started = False
 
     def show(self, done: int, total: int, failed: int) -> None:
-        """Show the progress: at most five times a second in a terminal, elsewhere every 10 s."""
+        """Show the progress, if the last text is old enough."""
         if not self._started:
             self._started, self._first = True, done
-            self._begin = self._shown = time.monotonic()
+            self._begin = time.monotonic()
             runs = plural(total, "run")
             note(f"{part_is(done, total, 'run')} already done" if done else runs)
         self.done, self.failed = done, failed
-        now = time.monotonic()
-        if now - self._shown < (0.2 if self._terminal else 10.0):
+        if not self._text.is_due():
             return
-        self._shown = now
-        rate = (done - self._first) / max(now - self._begin, 1e-9)
+        rate = (done - self._first) / max(time.monotonic() - self._begin, 1e-9)
         left = f", {shown_duration((total - done) / rate)} left" if rate else ""
         bad = f", {failed} failed" if failed else ""
         text = f"{done} of {plural(total, 'run')}, {rate:.1f} a second{left}{bad}"
-        write_message(f"\r{text:<70}" if self._terminal else f"{text}\n")
+        self._text.write(text)
 
     def end(self) -> None:
         """Clear the line."""
-        if self._terminal:
-            write_message("\r" + " " * 70 + "\r")
+        self._text.clear()
 
 
 def make_parser(program: str) -> Parser:

@@ -32,7 +32,7 @@ from ..sensor_logic.error import AngenError, InputError, explained
 from ..sensor_logic.files import write_files
 from . import settings, tasks
 from .results import DAYS, FACTS, Row, Store, write_tables
-from .settings import HomeFacts
+from .settings import StudiedHome
 from .study import HOME, ROUTINE, SENSORS, Run, Study, count_of, runs_of
 from .tasks import File, RunResult, Task, digest_of, digest_of_bytes
 
@@ -220,7 +220,7 @@ class Tasks:
 
     study: Study
     files: Mapping[str, File]
-    homes: Mapping[str, HomeFacts]
+    homes: Mapping[str, StudiedHome]
     versions: dict[str, str]
     days_in: str = ""
 
@@ -307,10 +307,10 @@ class Driver:
         self.total = count_of(study)
         self._noted: set[str] = set()
 
-    def _examine(self, file: File) -> HomeFacts:
+    def _examine(self, file: File) -> StudiedHome:
         """Return data about a home, which a worker opens for this."""
         try:
-            found: HomeFacts = submit(self._client, "runs.examine", file).result()
+            found: StudiedHome = submit(self._client, "runs.examine", file).result()
         except Exception as error:
             raise InputError(f"{file.name}: {error}") from None
         return found

@@ -28,16 +28,16 @@ from ..angen_addon.api.opening import open_home_file
 from ..angen_addon.api.recording import Recording
 from ..angen_addon.coverage.maps import cover, detectors
 from ..angen_addon.output.run_log import about, sensor_facts
+from ..angen_addon.progress import finished
 from ..angen_addon.runtime.simulation import simulate
 from ..angen_addon.runtime.state import are_driven
 from ..angen_addon.runtime.time_base import evaluated_depsgraph
 from ..angen_addon.scene.animation import may_set
 from ..angen_addon.scene.sensors import Sensor, all_sensors
 from ..residents.blender.folder import digest_of as digest_of_home
-from ..residents.blender.run import Household, Plan, run_days
+from ..residents.blender.run import HouseholdDays, Plan, run_days
 from ..residents.days.rows import Day, DayRows
 from ..residents.days.truth import DAY_S
-from ..sensor_logic.coverage.grid import CoverageMap
 from ..sensor_logic.coverage.motions import MOTIONS
 from ..sensor_logic.error import AngenError
 from ..sensor_logic.files import read_text, write_files
@@ -46,7 +46,7 @@ from ..sensor_logic.log import events_csv
 from ..sensor_logic.recording.tracks import Recording as Readings
 from ..sensor_logic.report.facts import figures, quantity
 from .changes import Changes, Variants, day_of_sensors, recording_of_sensors, with_run_names
-from .settings import HomeFacts
+from .settings import StudiedHome
 from .study import COLUMNS, WITHOUT_DOT
 from .tasks import (
     File,
@@ -68,7 +68,7 @@ _open = ""
 _one_at_a_time = threading.Lock()
 
 
-def examine(home: File) -> HomeFacts:
+def examine(home: File) -> StudiedHome:
     """Open a home, and return data about it for a study.
 
     Raise `AngenError` if the home has no sensors.
@@ -100,7 +100,7 @@ def _reopen(home: File) -> None:
     _open = home.digest
 
 
-def _facts(home: File) -> HomeFacts:
+def _facts(home: File) -> StudiedHome:
     """Return data about the open home for a study; raise `AngenError` if it has no sensors."""
     sensors = all_sensors(bpy.context.view_layer)
     if not sensors:
@@ -111,7 +111,7 @@ def _facts(home: File) -> HomeFacts:
     beside = [digest_of_bytes(path.read_bytes()) for path in paths if path.is_file()]
     digest = digest_of({"home": home.digest, "beside": beside})
     begin = bpy.context.scene.frame_start
-    return HomeFacts(home.name, kinds, digest, begin, _independent_sensors(sensors))
+    return StudiedHome(home.name, kinds, digest, begin, _independent_sensors(sensors))
 
 
 def _independent_sensors(sensors: Sequence[Sensor]) -> frozenset[str]:
@@ -258,7 +258,7 @@ def _light_error(task: Task, readings: Readings, sensors: Sequence[Sensor]) -> f
 # Days.
 
 
-def _make_household(task: Task) -> Household | None:
+def _make_household(task: Task) -> HouseholdDays | None:
     """Return the residents of the open home, or None for a task without a routine.
 
     Call it before a run changes the sensors, because they name the rooms.
@@ -269,10 +269,10 @@ def _make_household(task: Task) -> Household | None:
     # Errors are stored in the results, which contain no path of a machine.
     plan = Plan.of(read_text(local_path(task.routine)), task.routine.name)
     start = date.fromisoformat(task.start)
-    return Household(bpy.context.scene, sensors, plan, start, task.seed)
+    return HouseholdDays(bpy.context.scene, sensors, plan, start, task.seed)
 
 
-def _days(task: Task, household: Household, sensors: Sequence[Sensor]) -> list[Day]:
+def _days(task: Task, household: HouseholdDays, sensors: Sequence[Sensor]) -> list[Day]:
     """Return the days of a task, with the events of `sensors`."""
     household.sensors = list(sensors)
     household.causes = bool(task.keep or task.functions)
@@ -286,7 +286,7 @@ def _days(task: Task, household: Household, sensors: Sequence[Sensor]) -> list[D
 class _DayCache:
     """Simulated days of a task, in memory and, if it can be reached, in the driver's folder."""
 
-    def __init__(self, task: Task, household: Household) -> None:
+    def __init__(self, task: Task, household: HouseholdDays) -> None:
         self.days: dict[int, Day] = {}
         facts = digest_of_home(household), task.shared_settings, task.versions, household.causes
         self._digest = digest_of({"day": facts})
@@ -319,7 +319,7 @@ def _measure_days(shared: Sequence[Day], task: Task, enabled: Sequence[Sensor]) 
     # Imported here because pandas takes some 50 MB of a worker's memory.
     from . import truth
 
-    rows = DayRows.of([day_of_sensors(day, enabled) for day in shared])
+    rows = DayRows.joined([day_of_sensors(day, enabled) for day in shared])
     sensors = with_run_names(enabled)
     rooms = {sensor.name: sensor.room for sensor in sensors}
     days = truth.days_from_rows(rows, task.days)
@@ -455,7 +455,5 @@ def coverage(sensors: Sequence[Sensor]) -> float:
         # No motion detector is enabled.
         return 0.0
     motion = next(iter(MOTIONS.values()))
-    # `cover` yields its progress, and the map as the last item.
-    *_, found = cover(evaluated_depsgraph(), sensors, seen, motion, CELL)
-    assert isinstance(found, CoverageMap)
+    found = finished(cover(evaluated_depsgraph(), sensors, seen, motion, CELL))
     return found.total().share

@@ -27,7 +27,7 @@ Settings = dict[str, dict[str, Any]]
 
 
 @dataclass(frozen=True)
-class HomeFacts:
+class StudiedHome:
     """Data about a home that a study needs before it simulates the home.
 
     Attributes
@@ -40,7 +40,7 @@ class HomeFacts:
         A digest of the file and of all files that it links.
     frame_start : int
         The scene's first frame.
-    free : frozenset of str
+    independent : frozenset of str
         The sensors whose parameters affect the readings of no other sensor.
     """
 
@@ -48,7 +48,7 @@ class HomeFacts:
     kinds: Mapping[str, str]
     digest: str
     frame_start: int = 1
-    free: frozenset[str] = frozenset()
+    independent: frozenset[str] = frozenset()
 
     def fitting(self, pattern: str) -> list[str]:
         """Return the names of the sensors that match `pattern`, or several patterns joined by "; ".
@@ -66,7 +66,7 @@ class HomeFacts:
         return [name for name in self.kinds if name in found]
 
 
-def check(study: Study, homes: Iterable[HomeFacts]) -> None:
+def check(study: Study, homes: Iterable[StudiedHome]) -> None:
     """Raise `InputError` if a study does not fit its homes.
 
     Each key, such as "PIR*.hold_time", must name sensors of each home and a parameter of theirs.
@@ -90,12 +90,14 @@ def check(study: Study, homes: Iterable[HomeFacts]) -> None:
                 _check_key(study, home, key, values)
 
 
-def _no_sensor(study: Study, home: HomeFacts, key: str, pattern: str) -> InputError:
+def _no_sensor(study: Study, home: StudiedHome, key: str, pattern: str) -> InputError:
     found = not_found(pattern, home.kinds, f" of {home.name}")
     return InputError(f"{study.where(key)}: {found}")
 
 
-def _check_key(study: Study, home: HomeFacts, key: str, values: tuple[Value, ...] | Range) -> None:
+def _check_key(
+    study: Study, home: StudiedHome, key: str, values: tuple[Value, ...] | Range
+) -> None:
     """Raise `InputError` if a home has no such sensor or parameter, or if a value is invalid."""
     pattern, _, parameter = key.rpartition(".")
     names = home.fitting(pattern)
@@ -154,7 +156,7 @@ def _is_number(value: Any) -> bool:
 
 
 def settings_of(
-    home: HomeFacts, values: Mapping[str, Value], choice: SensorChoice = ALL_SENSORS
+    home: StudiedHome, values: Mapping[str, Value], choice: SensorChoice = ALL_SENSORS
 ) -> Settings:
     """Return the values that a run sets, by sensor and parameter.
 
@@ -191,17 +193,17 @@ def _values_of(kind: Kind, parameter: str, value: Value) -> dict[str, Any]:
     return {parameter: value}
 
 
-def shared_settings(home: HomeFacts, settings: Mapping[str, Mapping[str, Any]]) -> Settings:
+def shared_settings(home: StudiedHome, settings: Mapping[str, Mapping[str, Any]]) -> Settings:
     """Return the settings of a run that can affect the readings of other sensors.
 
     These are the poses of sensors, because housings block rays, and all settings of sensors that
-    are not in `home.free`.
+    are not in `home.independent`.
     """
     found = {
         name: {
             parameter: value
             for parameter, value in values.items()
-            if name not in home.free or (parameter in POSE and value)
+            if name not in home.independent or (parameter in POSE and value)
         }
         for name, values in settings.items()
     }

@@ -19,7 +19,6 @@ from ...sensor_logic.kinds import KINDS, NO_KIND
 from ...sensor_logic.parameters import former_choice, former_text, specs
 from ...sensor_logic.recording.tracks import Recording as Run
 from ..authoring.presets import find_preset, new_sensor
-from ..authoring.rooms import fill_room
 from ..layout.apply import Applied, apply_layout
 from ..output.describe import parameters_of
 from ..output.output_files import Outputs, check_outputs
@@ -29,6 +28,7 @@ from ..recording.stored_recording import stored_run
 from ..runtime.simulation import simulate
 from ..runtime.state import CACHE
 from ..runtime.time_base import evaluated_depsgraph, outside_scene
+from ..scene.rooms import fill_room
 from ..scene.sensors import Sensor, all_sensors, check, chosen, simulated, unit_scale
 from .recording import Recording
 

@@ -15,12 +15,12 @@ from mathutils import Matrix, Vector
 
 from ...sensor_logic.kinds import KINDS, NO_KIND
 from ..runtime import handlers
+from ..scene.first_surface import belongs_to, first_surface
 from ..scene.marks import HOUSING_MARK
+from ..scene.rooms import fill_room
 from ..scene.sensors import unit_scale
 from .housing import Housing, housing_mesh
 from .of_kind import housing_of, place_on
-from .rooms import fill_room
-from .surfaces import belongs_to, first_surface
 
 # Blender's operators at the end of a drag, for assets of other files and of this file.
 DROPS = {"OBJECT_OT_transform_to_mouse", "OBJECT_OT_add_named"}

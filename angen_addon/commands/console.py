@@ -14,6 +14,7 @@ import signal
 import socket
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -38,6 +39,52 @@ def write_message(text: str, stream: TextIO | None = None) -> None:
         with contextlib.suppress(OSError, ValueError):
             stream.write(text)
             stream.flush()
+
+
+class ProgressText:
+    """The progress of a command on standard error.
+
+    In a terminal, each text overwrites the one before. Elsewhere a line is written now and then.
+
+    Parameters
+    ----------
+    quiet
+        Whether to write nothing.
+    stream
+        By default standard error.
+    seconds
+        The least time between two lines, elsewhere than in a terminal.
+    """
+
+    # s between two texts in a terminal, and the greatest length of a text.
+    IN_TERMINAL_S, LENGTH = 0.2, 70
+
+    def __init__(self, quiet: bool, stream: TextIO | None = None, seconds: float = 10.0) -> None:
+        self._stream = stream or sys.stderr
+        self._quiet = quiet
+        self.in_terminal = self._stream is not None and self._stream.isatty()
+        self._seconds = self.IN_TERMINAL_S if self.in_terminal else seconds
+        self._shown = time.perf_counter()
+        self._is_drawn = False
+
+    def is_due(self, has_news: bool = False) -> bool:
+        """Return whether to write a text now: the last one is old enough, or there is news."""
+        now = time.perf_counter()
+        if self._quiet or (now - self._shown < self._seconds and not has_news):
+            return False
+        self._shown = now
+        return True
+
+    def write(self, text: str) -> None:
+        """Write a text."""
+        self._is_drawn = self.in_terminal
+        line = f"\r{text:<{self.LENGTH}}" if self.in_terminal else f"{text}\n"
+        write_message(line, self._stream)
+
+    def clear(self) -> None:
+        """Remove the text from the terminal."""
+        if self._is_drawn:
+            write_message(f"\r{'':<{self.LENGTH}}\r", self._stream)
 
 
 # Ends the process at once.

@@ -16,7 +16,7 @@ from ...sensor_logic.formats.log import DEFAULT_START, LoggedActivity
 from ...sensor_logic.formats.outputs import check_apart, check_out, output_files
 from ...sensor_logic.formats.reading import read_log
 from ...sensor_logic.formats.source import (
-    HomeFile,
+    DescribedHome,
     format_labels,
     home_beside,
     read_activities,
@@ -109,7 +109,7 @@ def _read(options: argparse.Namespace) -> tuple[Log, set[str]]:
 
 
 def _activities(
-    options: argparse.Namespace, start: datetime, home: HomeFile
+    options: argparse.Namespace, start: datetime, home: DescribedHome
 ) -> list[LoggedActivity]:
     """Return the activities to write into the log, with the labels that the format uses.
 

@@ -26,7 +26,7 @@ from ..recording.stored_recording import stored_run
 from ..runtime import state
 from ..scene.sensors import Sensor, all_sensors, chosen, simulated
 from .console import DONE, FAILED, note
-from .home import run_home, seconds_to_run, sensors_of
+from .open_home import run_home, seconds_to_run, sensors_of
 from .parser import Verb, argument_type, choice_of, path, run_options
 
 

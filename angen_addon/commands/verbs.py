@@ -20,7 +20,7 @@ from ..output.output_files import Outputs, check_outputs
 from ..runtime.time_base import outside_scene
 from ..scene.sensors import chosen
 from .console import DONE, FAILED, note
-from .home import ProgressLine, open_home, run_home, sensors_of
+from .open_home import ProgressLine, open_home, run_home, sensors_of
 from .parser import Verb, add_choice, choice_of, path, run_options, tolerance
 
 SHOWN_DIFFERENCES = 50

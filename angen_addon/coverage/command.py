@@ -6,9 +6,8 @@ from __future__ import annotations
 import argparse
 import csv
 import io
-import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -23,13 +22,13 @@ from ...sensor_logic.coverage.picture import svg
 from ...sensor_logic.error import AngenError, InputError
 from ...sensor_logic.report.facts import PlanStorey, SensorInPlan
 from ...sensor_logic.wording import aligned
-from ..commands.console import DONE, write_message
-from ..commands.home import LOG_INTERVAL_S, TERMINAL_INTERVAL_S, sensors_of
+from ..commands.console import DONE, ProgressText, write_message
+from ..commands.open_home import sensors_of
 from ..commands.parser import Verb, add_names, path
 from ..output.output_files import Outputs, check_outputs
-from ..plan import group_by_storey, sensor_in_plan, shapes_at
-from ..progress import Doing
-from ..scene.home import EvaluatedHome
+from ..plan.storeys import group_by_storey, sensor_in_plan, shapes_at
+from ..progress import T, Work
+from ..scene.evaluated_home import EvaluatedHome
 from ..scene.sensors import Sensor, chosen
 from . import shown as drawn
 from .maps import check_mapped, cover
@@ -284,29 +283,26 @@ def plan_marks(proposal: Proposal) -> list[SensorInPlan]:
     ]
 
 
-def _run_with_progress(run: Iterator[Any], options: argparse.Namespace) -> Any:
-    """Run a generator with progress on standard error, and return the last item that it yields.
+def _run_with_progress(work: Work[T], options: argparse.Namespace) -> T:
+    """Run work with progress on standard error, and return its result.
 
     Raise `KeyboardInterrupt` at Ctrl-C.
     """
-    terminal = sys.stderr.isatty()
-    interval = TERMINAL_INTERVAL_S if terminal else LOG_INTERVAL_S
-    begin = shown = time.perf_counter()
-    last = None
+    begin, text = time.perf_counter(), ProgressText(options.quiet)
     with options.interrupt.watched():
-        for last in run:
+        while True:
+            try:
+                now = next(work)
+            except StopIteration as end:
+                found: T = end.value
+                break
             options.interrupt.check()
-            now = time.perf_counter()
-            if isinstance(last, Doing) and not options.quiet and now - shown >= interval:
-                shown = now
-                text = f"{100 * last.share:.0f} %, {last.text}"
-                start, end = ("\r", "") if terminal else ("", "\n")
-                write_message(f"{start}{text:<60}{end}")
+            if now is not None and text.is_due():
+                text.write(f"{100 * now.share:.0f} %, {now.text}")
+    text.clear()
     if not options.quiet:
-        if terminal:
-            write_message("\r" + " " * 60 + "\r")
         write_message(f"done in {time.perf_counter() - begin:.1f} s\n")
-    return last
+    return found
 
 
 PLACE_COLUMNS = ("name", "room", "on", "x_m", "y_m", "z_m", "yaw_deg", "gain_m2")

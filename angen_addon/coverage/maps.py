@@ -7,7 +7,7 @@ computes how strongly one detector notices a motion.
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -20,8 +20,8 @@ from ...sensor_logic.error import AngenError
 from ...sensor_logic.kind import RAYS, Kind
 from ...sensor_logic.kinds import KINDS
 from ...sensor_logic.model import Array, Pose, Update
-from ..progress import Doing
-from ..scene.home import EvaluatedHome
+from ..progress import Doing, Work, finished
+from ..scene.evaluated_home import EvaluatedHome
 from ..scene.instances import Uid
 from ..scene.sensors import (
     Sensor,
@@ -33,7 +33,7 @@ from ..scene.sensors import (
     read_pose,
 )
 from ..scene.surfaces import SURFACES
-from .floor import cells_of
+from .floor_cells import cells_of
 
 # Coverage casts its bundles under numbers below this, which no sensor's model uses.
 BUNDLE = -10
@@ -143,7 +143,7 @@ def cover(
     motion: Motion,
     size: float,
     rooms: Sequence[str] = (),
-) -> Generator[Doing | CoverageMap, None, None]:
+) -> Work[CoverageMap]:
     """Compute the coverage map of the `chosen` detectors.
 
     Parameters
@@ -163,8 +163,8 @@ def cover(
 
     Yields
     ------
-    Doing or CoverageMap
-        The progress, and last the map.
+    Doing or None
+        The progress.
 
     Raises
     ------
@@ -180,15 +180,13 @@ def cover(
     for sensor in chosen:
         views[sensor.name] = made.of(sensor)
         yield Doing(FLOOR_SHARE, sensor.name)
-    yield from strengths(views, cells, motion)
+    return (yield from strengths(views, cells, motion))
 
 
-def strengths(
-    views: Mapping[str, DetectorView], cells: Cells, motion: Motion
-) -> Iterator[Doing | CoverageMap]:
+def strengths(views: Mapping[str, DetectorView], cells: Cells, motion: Motion) -> Work[CoverageMap]:
     """Compute how strongly each detector notices the motion in each cell and direction.
 
-    `views` has a `DetectorView` by name of the detector. Yield the progress, and last the map.
+    `views` has a `DetectorView` by name of the detector. Yield the progress, and return the map.
     """
     start, cell, direction = cells.starts()
     found = np.zeros((len(views), len(cells), DIRECTIONS), np.float32)
@@ -198,14 +196,12 @@ def strengths(
             found[row, cell[rows], direction[rows]] = view.strengths(motion, start.part(rows))
             share = (row + min(1.0, (first + AT_ONCE) / len(start))) / len(views)
             yield Doing(FLOOR_SHARE + (1.0 - FLOOR_SHARE) * share, name)
-    yield CoverageMap(motion, cells, tuple(views), found)
+    return CoverageMap(motion, cells, tuple(views), found)
 
 
 def whole_map(views: Mapping[str, DetectorView], cells: Cells, motion: Motion) -> CoverageMap:
     """Return the exact map that `strengths` computes."""
-    *_, last = strengths(views, cells, motion)
-    assert isinstance(last, CoverageMap)
-    return last
+    return finished(strengths(views, cells, motion))
 
 
 def upper_bound_map(views: Mapping[str, DetectorView], cells: Cells, motion: Motion) -> CoverageMap:

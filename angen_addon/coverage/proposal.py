@@ -7,7 +7,7 @@ The work is a generator that yields its progress.
 from __future__ import annotations
 
 import math
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -20,11 +20,12 @@ from ...sensor_logic.coverage.motions import Motion
 from ...sensor_logic.error import AngenError
 from ...sensor_logic.kind import Kind
 from ...sensor_logic.model import Array, Pose
-from ..plan import WALL_M, may_move
-from ..progress import Doing, Enough, saying
-from ..scene.home import EvaluatedHome
+from ..plan.storeys import WALL_M, may_move
+from ..progress import Doing, Enough, Steps, Work, saying
+from ..scene.evaluated_home import EvaluatedHome
+from ..scene.floor import cast_along
 from ..scene.sensors import Sensor
-from .floor import Steps, cast_along, cells_of
+from .floor_cells import cells_of
 from .maps import Views, check_cell, detectors, upper_bound_map, whole_map
 
 # m. Walls are searched up to FAR_M from a cell. A solid of at least WIDE_M can hold a detector. The
@@ -299,7 +300,7 @@ class Proposal:
 
 def propose(
     depsgraph: Any, sensors: Sequence[Sensor], wish: Wish, motion: Motion, size: float
-) -> Generator[Doing | Proposal, None, None]:
+) -> Work[Proposal]:
     """Search for the poses with which new detectors together cover the most floor.
 
     Parameters
@@ -317,8 +318,8 @@ def propose(
 
     Yields
     ------
-    Doing or Proposal
-        The progress, and last the proposal.
+    Doing or None
+        The progress.
 
     Raises
     ------
@@ -357,7 +358,7 @@ def propose(
     views = {name: search.view(candidate) for name, candidate in zip(names, chosen, strict=True)}
     covered = whole_map(views, cells, motion)
     before = int((weights == 0.0).sum())
-    yield Proposal(chosen, names, choice, covered, len(found), before)
+    return Proposal(chosen, names, choice, covered, len(found), before)
 
 
 class _Search:
@@ -389,7 +390,7 @@ class _Search:
         wish = self._wish
         return self._views.at(wish.kind, wish.parameters, candidate.pose, wish.rate)
 
-    def run(self) -> Generator[Doing, None, ChosenPlaces]:
+    def run(self) -> Work[ChosenPlaces]:
         """Run the search; yield the progress, and return the best choice."""
         for i, candidate in enumerate(self._found):
             view = self.view(candidate)

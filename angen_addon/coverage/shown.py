@@ -39,7 +39,8 @@ CORNERS = np.array([(-0.5, -0.5, 0.0), (0.5, -0.5, 0.0), (0.5, 0.5, 0.0), (-0.5,
 def show_map(scene: Any, coverage: CoverageMap) -> Any:
     """Show a map in the scene, in place of an earlier map of the same motion; return its object.
 
-    The object is ignored by sensors, hidden in renders, and not selectable.
+    Maps of other motions are hidden, because all maps have the same place. The object is ignored by
+    sensors, hidden in renders, and not selectable.
     """
     name = f"{COLLECTION} {coverage.motion.label.lower()}"
     remove(scene, coverage.motion.identifier)
@@ -49,7 +50,15 @@ def show_map(scene: Any, coverage: CoverageMap) -> Any:
     made.hide_render = True
     made.hide_select = True
     collection(scene).objects.link(made)
+    _show_only(scene, coverage.motion.identifier)
     return made
+
+
+def _show_only(scene: Any, mark: str) -> None:
+    """Hide all maps but that with this mark, which is the identifier of its motion."""
+    for obj in scene.objects:
+        if is_map(obj):
+            obj.hide_viewport = obj[COVERAGE_MARK] != mark
 
 
 def is_map(obj: Any) -> bool:
@@ -186,17 +195,19 @@ def is_of_proposal(scene: Any) -> bool:
 
 
 def put_aside(scene: Any, motion: str) -> None:
-    """Hide the map of this motion and store its figures, until `bring_back` restores them."""
+    """Mark the map of this motion as hidden and store the last map's figures.
+
+    `show_map` hides the marked map, and `bring_back` restores it.
+    """
     for obj in scene.objects:
         if is_map(obj) and obj[COVERAGE_MARK] == motion:
             obj[COVERAGE_MARK] = ASIDE + motion
-            obj.hide_viewport = True
     facts = {key: scene[key] for key in (KEY, FollowedMap.KEY) if key in scene}
     scene[BEFORE] = json.dumps({"motion": motion, "facts": facts})
 
 
 def bring_back(scene: Any) -> None:
-    """Remove a proposal's map, and restore the map that `put_aside` hid, if there is one."""
+    """Remove a proposal's map, and show the last map before the proposal, if there is one."""
     if not is_of_proposal(scene):
         return
     before = json.loads(scene.pop(BEFORE))
@@ -207,7 +218,7 @@ def bring_back(scene: Any) -> None:
     for obj in scene.objects:
         if is_map(obj) and obj[COVERAGE_MARK] == ASIDE + before["motion"]:
             obj[COVERAGE_MARK] = before["motion"]
-            obj.hide_viewport = False
+    _show_only(scene, _motion(summary(scene)) or before["motion"])
 
 
 def accept_map(scene: Any) -> None:
@@ -311,6 +322,11 @@ def summary(scene: Any) -> dict[str, Any] | None:
         return None
 
 
+def _motion(found: dict[str, Any] | None) -> str | None:
+    """Return the identifier of the motion of the last map from its figures, if they have it."""
+    return (found or {}).get("settings", {}).get("motion")
+
+
 def why_stale(scene: Any) -> str:
     """Return why the map no longer matches the scene, in a few words; empty if it matches."""
     found = summary(scene)
@@ -354,7 +370,7 @@ class _Marking:
         found = summary(scene)
         if found is None:
             return
-        is_stale, motion = why_stale(scene), found.get("settings", {}).get("motion")
+        is_stale, motion = why_stale(scene), _motion(found)
         for obj in scene.objects:
             if not is_map(obj) or obj[COVERAGE_MARK].startswith(ASIDE):
                 continue

@@ -16,8 +16,8 @@ from bpy.types import Context
 
 from ...sensor_logic.wording import Lengths, measured, quoted
 from ..authoring.housing import Housing
-from ..explain.facts import Explanation, at_frame
-from ..explain.replay import Replay
+from ..explain.facts import Explanation
+from ..explain.recorded import RecordedSensor
 from ..scene.sensors import Sensor
 from ..view.appearance import Appearance
 from ..view.overlay.figures import Figure, circle, pairs
@@ -94,18 +94,12 @@ class ContactCause:
         return self.magnet
 
 
-def explain_contact(replay: Replay, index: int) -> Explanation:
-    """Explain update `index` of a door contact by the distance of its magnet.
-
-    Raise `AngenError` if the sensor cannot be read.
-    """
-    pending = replay.take_update(index)
-    if pending is None:
-        return replay.explain_off(index)
-    parameters, track, lengths = pending.parameters, replay.track, replay.lengths
-    distances = track.columns["distance_m"]
+def explain_contact(recorded: RecordedSensor, index: int) -> Explanation:
+    """Explain update `index` of a door contact by the distance of its magnet."""
+    parameters, lengths = recorded.parameters_at(index), recorded.lengths
+    distances = recorded.track.columns["distance_m"]
     if parameters.magnet is None or not math.isfinite(distances[index]):
-        return replay.explanation(index, NO_MAGNET, ())
+        return recorded.explanation(index, NO_MAGNET, ())
     closes, opens = parameters.close_distance, parameters.open_distance
     cause = ContactCause(parameters.magnet, float(distances[index]), closes, opens)
     facts = [
@@ -114,14 +108,14 @@ def explain_contact(replay: Replay, index: int) -> Explanation:
         ("Opens", f"farther than {lengths.typed(opens)}"),
     ]
     if index > 0:
-        when = at_frame(track.frames[index - 1], track.times[index - 1])
-        facts.append(("Before", f"{_fine(distances[index - 1], lengths)}, at {when}"))
-    is_open = bool(track.active[index])
+        before = _fine(distances[index - 1], lengths)
+        facts.append(("Before", f"{before}, at {recorded.when(index - 1)}"))
+    is_open = bool(recorded.track.active[index])
     if is_open:
         short = cause.distance - closes
         text = f"the magnet must come {_fine(short, lengths)} nearer"
         facts.insert(0, ("To close", text))
-    return replay.explanation(index, _headline(cause, is_open, lengths), facts, "", cause)
+    return recorded.explanation(index, _headline(cause, is_open, lengths), facts, "", cause)
 
 
 def _headline(cause: ContactCause, is_open: bool, lengths: Lengths) -> str:

@@ -3,26 +3,24 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from ...sensor_logic.evidence import rows_of
 from ...sensor_logic.geometry.pixels import pixel_corners
 from ...sensor_logic.kinds.distance import DistanceParameters, sigma, zone_rays
 from ...sensor_logic.model import Array, Pose
 from ...sensor_logic.wording import named, quoted
 from ..authoring.housing import Housing, looking, looking_level
-from ..explain.facts import Explanation, Facts, at_frame
-from ..explain.replay import Replay
+from ..explain.facts import Explanation, Facts
+from ..explain.recorded import RecordedSensor
 from ..runtime.trace import RaysMet, SensorRays, Trace
 from ..view.appearance import Appearance
 from ..view.handles import ahead, edge
 from ..view.overlay.figures import Figure, corners_of, pairs
 
-# m. The scene has changed if the recorded distance differs by more than this.
-TOLERANCE = 1e-6
 NAMES_SHOWN = 3
 
 
@@ -43,7 +41,7 @@ class DistanceCause:
     """
 
     zone: int | None
-    met: tuple[tuple[str, int], ...]
+    met: tuple[tuple[str, float], ...]
     distance: float
     targets: int
 
@@ -53,50 +51,26 @@ class DistanceCause:
         return self.met[0][0] if self.met else ""
 
 
-def explain_distance(replay: Replay, index: int) -> Explanation:
-    """Explain update `index` of a distance sensor by its nearest zone.
-
-    Raise `AngenError` if the sensor cannot be read.
-    """
-    pending = replay.take_update(index)
-    if pending is None:
-        return replay.explain_off(index)
-    parameters: DistanceParameters = pending.parameters
-    reading = replay.runner.model.update(parameters, pending.update)
-    cause = _cause(replay, parameters, reading.fields["zones_m"], reading.value)
-    track, text = replay.track, replay.lengths.text
-    recorded = float(track.value[index])
-    doubt = ""
-    if abs(recorded - cause.distance) > TOLERANCE:
-        doubt = (
-            f"the recording has {text(recorded)}, but the scene now gives {text(cause.distance)}: "
-            "something has changed since the run. Simulate again"
-        )
-    facts = _facts(replay, parameters, cause)
+def explain_distance(recorded: RecordedSensor, index: int) -> Explanation:
+    """Explain update `index` of a distance sensor by its nearest zone."""
+    parameters: DistanceParameters = recorded.parameters_at(index)
+    track, text = recorded.track, recorded.lengths.text
+    zone = recorded.evidence("zone", index)
+    cause = DistanceCause(
+        zone if zone >= 0 else None,
+        rows_of(recorded.evidence("hits", index)),
+        float(track.value[index]),
+        sum(map(bool, track.columns["zones_m"][index].split(";"))),
+    )
+    facts = _facts(recorded, parameters, cause)
     if index > 0:
-        when = at_frame(track.frames[index - 1], track.times[index - 1])
-        facts.append(("Before", f"{text(track.value[index - 1])}, at {when}"))
-    word = replay.sensor.kind.active_label if track.active[index] else replay.sensor.kind.idle_label
-    headline = f"{word}: {_headline(replay, parameters, cause)}"
-    return replay.explanation(index, headline, facts, doubt, cause)
+        facts.append(("Before", f"{text(track.value[index - 1])}, at {recorded.when(index - 1)}"))
+    headline = f"{recorded.word(index)}: {_headline(recorded, parameters, cause)}"
+    return recorded.explanation(index, headline, facts, "", cause)
 
 
-def _cause(
-    replay: Replay, parameters: DistanceParameters, zones: str, distance: float
-) -> DistanceCause:
-    read = [float(text) if text else float("inf") for text in zones.split(";")]
-    nearest = min(range(len(read)), key=lambda zone: read[zone])
-    targets = sum(value < float("inf") for value in read)
-    if not targets:
-        return DistanceCause(None, (), distance, 0)
-    rays = parameters.rays**2
-    names = replay.seen.names[nearest * rays : (nearest + 1) * rays]
-    met = Counter(name for name in names if name)
-    return DistanceCause(nearest, tuple(met.most_common()), distance, targets)
-
-
-def _facts(replay: Replay, parameters: DistanceParameters, cause: DistanceCause) -> Facts:
-    lengths = replay.lengths
+def _facts(recorded: RecordedSensor, parameters: DistanceParameters, cause: DistanceCause) -> Facts:
+    lengths = recorded.lengths
     limit = f"threshold {lengths.typed(parameters.threshold)}"
     facts = [("Distance", f"{lengths.text(cause.distance)}, {limit}")]
     zones = parameters.zones_across * parameters.zones_up
@@ -115,8 +89,10 @@ def _facts(replay: Replay, parameters: DistanceParameters, cause: DistanceCause)
     return facts
 
 
-def _headline(replay: Replay, parameters: DistanceParameters, cause: DistanceCause) -> str:
-    lengths = replay.lengths
+def _headline(
+    recorded: RecordedSensor, parameters: DistanceParameters, cause: DistanceCause
+) -> str:
+    lengths = recorded.lengths
     if cause.zone is None:
         return f"nothing within {lengths.typed(parameters.range_max)}"
     what = named(name for name, _ in cause.met[:NAMES_SHOWN])

@@ -14,12 +14,14 @@ from typing import Any
 import numpy as np
 from bpy.types import Context
 
-from ...sensor_logic.kind import LIGHT, Field
-from ...sensor_logic.model import LightSample, LightShare, Pose
+from ...sensor_logic.evidence import rows_of
+from ...sensor_logic.kind import Field
+from ...sensor_logic.model import LightShare, Pose
+from ...sensor_logic.parameters import specs
 from ...sensor_logic.wording import capital, listed, named, percent, quoted
 from ..authoring.housing import Housing, looking
-from ..explain.facts import Explanation, Facts, at_frame, more_needed
-from ..explain.replay import Replay
+from ..explain.facts import Explanation, Facts, more_needed
+from ..explain.recorded import RecordedSensor
 from ..runtime.sensor_runner import light_request
 from ..runtime.trace import RaysMet, SensorRays, Trace
 from ..scene.light.views import view_rays
@@ -67,53 +69,45 @@ class LightCause:
         return max(sum(max(share.light, 0.0) for share in self.now), 1e-9)
 
 
-def lacking(replay: Replay, index: int, found: Explanation) -> Explanation:
+def lacking(recorded: RecordedSensor, index: int, found: Explanation) -> Explanation:
     """Add a fact to an explanation: how much more light would switch the output on.
 
     `found` is the explanation of update `index`. Return it with the fact before its other facts.
     """
     if found.cause is None:
         return found
-    light = replay.sensor.parameters
+    light = recorded.parameters_at(index)
     level = light.threshold + light.hysteresis / 2
-    value, unit = replay.track.value[index], replay.sensor.reading.unit
+    value, unit = recorded.track.value[index], recorded.sensor.kind.reading(light).unit
     return found.after([("To be lit", more_needed(level, value, unit))])
 
 
-def explain_light(replay: Replay, index: int) -> Explanation:
-    """Explain update `index` of a light sensor by the light of each lamp.
-
-    Raise `AngenError` if the light cannot be measured.
-    """
-    track, sensor, text = replay.track, replay.sensor, replay.sensor.reading.text
-    before = _light(replay, index - 1) if index > 0 else None
-    now = _light(replay, index)
-    if now is None:
-        return replay.explain_off(index)
-    cause = LightCause(now.shares or (), (before and before.shares) or (), sensor.reading)
-    engines = sensor.parameters.bl_rna.properties["engine"].enum_items
-    facts = [("Reading", f"{text(track.value[index])} ({engines[sensor.parameters.engine].name})")]
+def explain_light(recorded: RecordedSensor, index: int) -> Explanation:
+    """Explain update `index` of a light sensor by the light of each lamp."""
+    track, kind, parameters = recorded.track, recorded.sensor.kind, recorded.parameters_at(index)
+    field = kind.reading(parameters)
+    before = _shares(recorded, index - 1) if index > 0 else ()
+    cause = LightCause(_shares(recorded, index), before, field)
+    engines = specs(kind.parameters)["engine"].choices
+    engine = next(c.label for c in engines if c.identifier == parameters.engine)
+    facts = [("Reading", f"{field.text(track.value[index])} ({engine})")]
     if index > 0:
-        when = at_frame(track.frames[index - 1], track.times[index - 1])
-        facts.append(("Before", f"{text(track.value[index - 1])}, at {when}"))
+        earlier = field.text(track.value[index - 1])
+        facts.append(("Before", f"{earlier}, at {recorded.when(index - 1)}"))
     facts += _share_facts(cause)
-    if now.note:
-        facts.append(("Note", now.note))
-    word = sensor.kind.active_label if track.active[index] else sensor.kind.idle_label
-    return replay.explanation(index, f"{word}: {_headline(cause)}", tuple(facts), "", cause)
+    note = recorded.evidence("note", index)
+    if note:
+        facts.append(("Note", note))
+    headline = f"{recorded.word(index)}: {_headline(cause)}"
+    return recorded.explanation(index, headline, tuple(facts), "", cause)
 
 
-def _light(replay: Replay, index: int) -> LightSample | None:
-    """Return the light at an update, lamp by lamp; None if the sensor is switched off there.
-
-    For EEVEE, which cannot separate lamps, return an empty `LightSample`.
-    """
-    taken = replay.take_update(index)
-    if taken is None or taken.parameters.engine == "EEVEE":
-        return None if taken is None else LightSample()
-    replay.measure_light(taken)
-    found: LightSample = taken.update.ask(LIGHT)
-    return found
+def _shares(recorded: RecordedSensor, index: int) -> tuple[LightShare, ...]:
+    """Return the light at an update, source by source; empty if they cannot be told apart."""
+    return tuple(
+        LightShare(tuple(names), source, light)
+        for names, source, light in rows_of(recorded.evidence("shares", index))
+    )
 
 
 def _share_facts(cause: LightCause) -> Facts:

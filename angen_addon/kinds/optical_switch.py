@@ -6,23 +6,19 @@ The housing is a fork that stands on a surface. Its beam runs parallel to the su
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+import math
+from dataclasses import dataclass
 from typing import Any
-
-import numpy as np
 
 from ...sensor_logic.kinds.optical_switch import SWITCHING_LEVEL, OpticalSwitchParameters
 from ...sensor_logic.wording import Lengths, percent, quoted
 from ..authoring.housing import Housing, beside_it
-from ..explain.facts import Explanation, Facts, at_frame
-from ..explain.replay import Replay
+from ..explain.facts import Explanation, Facts
+from ..explain.recorded import RecordedSensor
 from ..runtime.trace import RaysMet
 from ..view.appearance import Appearance
 from ..view.handles import ahead
 from ..view.overlay.figures import Figure, beams, dashes, ends_of
-
-# m. The scene has changed if the recorded range differs by more than this.
-RANGE_TOLERANCE = 1e-6
 
 
 @dataclass(frozen=True)
@@ -82,12 +78,12 @@ class BeamCause:
         return self.before.name if self.before and self.before.range < self.threshold else ""
 
 
-def lacking(replay: Replay, index: int, found: Explanation) -> Explanation:
+def lacking(recorded: RecordedSensor, index: int, found: Explanation) -> Explanation:
     """Add a fact to an explanation: what must change until the switch opens.
 
     `found` is the explanation of update `index`. Return it with the fact before its other facts.
     """
-    return found.after(_missing(found.cause, replay.lengths)) if found.cause else found
+    return found.after(_missing(found.cause, recorded.lengths))
 
 
 def _missing(cause: BeamCause, lengths: Lengths) -> Facts:
@@ -107,27 +103,17 @@ def _missing(cause: BeamCause, lengths: Lengths) -> Facts:
     ]
 
 
-def explain_switch(replay: Replay, index: int) -> Explanation:
-    """Explain update `index` of an optical switch by the objects in its beam.
-
-    Raise `AngenError` if the sensor cannot be read.
-    """
-    track = replay.track
-    earlier = replay.index_of(replay.update_number(index) - 1, index)
-    before = None if earlier is None else _replay_swept(replay, earlier)
-    if earlier is not None:
-        replay.sense_between(earlier, index)
-    found = _replay_update(replay, index)
-    if found is None:
-        return replay.explain_off(index)
-    parameters, now = found
-    is_open = bool(track.active[index])
-    cause = BeamCause(before[1] if before else None, now, is_open, parameters.threshold)
-    lengths = replay.lengths
+def explain_switch(recorded: RecordedSensor, index: int) -> Explanation:
+    """Explain update `index` of an optical switch by the objects in its beam."""
+    earlier = recorded.index_of(recorded.update_number(index) - 1, index)
+    before = None if earlier is None or earlier == index else _beam(recorded, earlier)
+    parameters: OpticalSwitchParameters = recorded.parameters_at(index)
+    now, lengths = _beam(recorded, index), recorded.lengths
+    cause = BeamCause(before, now, bool(recorded.track.active[index]), parameters.threshold)
     facts = [("Now", _beam_text(now, parameters, lengths))]
-    if before and earlier is not None:
-        when = at_frame(track.frames[earlier], track.times[earlier])
-        facts.append(("Before", f"{_beam_text(before[1], parameters, lengths)}, at {when}"))
+    if before is not None and earlier is not None:
+        text = _beam_text(before, parameters, lengths)
+        facts.append(("Before", f"{text}, at {recorded.when(earlier)}"))
     facts.append(("Opens from", lengths.typed(parameters.threshold)))
     if now.rays > 1:
         half = parameters.hysteresis / 2
@@ -137,61 +123,20 @@ def explain_switch(replay: Replay, index: int) -> Explanation:
     if parameters.noise_sigma > 0.0:
         sigma = lengths.typed(parameters.noise_sigma)
         facts.append(("Noise", f"{sigma} (standard deviation) on the range"))
-    recorded = float(track.columns["range_m"][index])
-    doubt = ""
-    if abs(recorded - now.range) > RANGE_TOLERANCE:
-        doubt = (
-            f"the recording has {lengths.text(recorded)}, but the beam now reads "
-            f"{lengths.text(now.range)}: something has changed since the run. Simulate again"
-        )
-    return replay.explanation(
-        index,
-        _headline(cause, parameters, lengths),
-        tuple(facts),
-        doubt,
-        cause,
+    headline = _headline(cause, parameters, lengths)
+    return recorded.explanation(index, headline, tuple(facts), "", cause)
+
+
+def _beam(recorded: RecordedSensor, index: int) -> Beam:
+    """Return the beam at update `index`."""
+    steps = recorded.evidence("steps_ago", index)
+    return Beam(
+        recorded.track.columns["range_m"][index],
+        recorded.evidence("object", index),
+        recorded.evidence("light", index),
+        recorded.parameters_at(index).aperture_rays,
+        None if math.isnan(steps) else steps / float(recorded.clock.steps_per_second),
     )
-
-
-def _replay_swept(replay: Replay, index: int) -> tuple[OpticalSwitchParameters, Beam] | None:
-    """Replay update `index`; for a swept switch, first replay all steps since the previous update.
-
-    Return the parameters and the beam at the update; None if the sensor is switched off there.
-    """
-    earlier = replay.index_of(replay.update_number(index) - 1, index)
-    if replay.runner.watches and earlier is not None:
-        _replay_update(replay, earlier)
-        replay.sense_between(earlier, index)
-    return _replay_update(replay, index)
-
-
-def _replay_update(replay: Replay, index: int) -> tuple[OpticalSwitchParameters, Beam] | None:
-    """Return the parameters and the beam at update `index`; None if the sensor is switched off."""
-    pending = replay.take_update(index)
-    if pending is None:
-        return None
-    parameters: OpticalSwitchParameters = pending.parameters
-    reading = replay.runner.model.update(parameters, pending.update)
-    seen = replay.seen
-    ahead = seen.ranges * replay.metres
-    reach = parameters.range_max - parameters.range_min
-    ranges = np.where(ahead >= reach, parameters.range_max, ahead + parameters.range_min)
-    if parameters.noise_sigma > 0.0:
-        ranges = ranges + pending.update.noise().normal(0.0, parameters.noise_sigma, len(ranges))
-    ranges = np.clip(ranges, parameters.range_min, parameters.range_max)
-    nearest = int(np.argmin(ranges))
-    beam = Beam(
-        float(reading.value),
-        seen.names[nearest],
-        float(np.mean(ranges >= parameters.threshold)),
-        len(ranges),
-    )
-    caught = replay.runner.model.latched_break
-    if caught is not None:
-        name = replay.name_of(caught.solid)
-        seconds = caught.steps / float(replay.runner.clock.steps_per_second)
-        return parameters, replace(beam, name=name, ago=seconds)
-    return parameters, replace(beam, name=beam.name if ahead[nearest] < reach else "")
 
 
 def _beam_text(beam: Beam, parameters: OpticalSwitchParameters, lengths: Lengths) -> str:

@@ -5,20 +5,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from bpy.types import Context
 
-from ...sensor_logic.kind import FORCES
-from ...sensor_logic.kinds.pressure import FORCE, KIND, PressureParameters, pad_reading
+from ...sensor_logic.evidence import rows_of
+from ...sensor_logic.kinds.pressure import FORCE, KIND, PressureParameters
 from ...sensor_logic.model import NOT_YET, Pose
 from ...sensor_logic.wording import METRES, NOTHING, Lengths, capital, quoted, split, typed
 from ..advice import sensing as advice
 from ..authoring.housing import Housing, Point, lying, pad
-from ..explain.facts import Explanation, at_frame, more_needed
-from ..explain.replay import Replay
+from ..explain.facts import Explanation, more_needed
+from ..explain.nearby import surroundings
+from ..explain.recorded import RecordedSensor
 from ..scene.lengths import UNITS, lengths_of
 from ..scene.sensors import Sensor
 from ..view.appearance import Appearance
@@ -132,10 +133,6 @@ def centre_text(x: float, y: float, lengths: Lengths) -> str:
     return f"X {along.text(x, fine)}, Y {along.text(y, fine)}"
 
 
-# Tolerance of forces, relative to the recorded force, or to 1 N if the force is less than 1 N.
-FORCE_TOLERANCE = 5e-3
-# N. Objects that press with less are left out.
-LEAST_FORCE = 5e-3
 newtons = FORCE.text
 
 
@@ -161,7 +158,7 @@ class PadCause:
         The names of the objects that pressed on the pad at the previous update.
     """
 
-    partners: tuple[tuple[str, float], ...]
+    partners: tuple[tuple[Any, ...], ...]
     force: float
     own_weight: float
     threshold: float
@@ -178,7 +175,7 @@ class PadCause:
         return next(iter([name for name, _ in self.partners] or self.before), "")
 
 
-def lacking(replay: Replay, index: int, found: Explanation) -> Explanation:
+def lacking(recorded: RecordedSensor, index: int, found: Explanation) -> Explanation:
     """Add a fact to an explanation: how much force is missing until the pad counts as pressed.
 
     If nothing presses on the pad, a second fact names the nearest object above it. `found` is the
@@ -189,14 +186,16 @@ def lacking(replay: Replay, index: int, found: Explanation) -> Explanation:
         return found
     facts = [("To be pressed", more_needed(cause.threshold, cause.force, "N"))]
     if not cause.partners:
-        facts.append(("Nearest above", _nearest_above(replay, index) or "nothing is above the pad"))
+        facts.append(
+            ("Nearest above", _nearest_above(recorded, index) or "nothing is above the pad")
+        )
     return found.after(facts)
 
 
-def _nearest_above(replay: Replay, index: int) -> str:
+def _nearest_above(recorded: RecordedSensor, index: int) -> str:
     """Return name and distance of the nearest object above a pad; empty if there is none."""
-    found = replay.solid_bounds(index, include_sensor=True)
-    name = replay.sensor.object.name
+    found = surroundings(recorded, [index], include_sensor=True)[0].bounds
+    name = recorded.sensor.object.name
     if name not in found:
         return ""
     low, high = found.pop(name)
@@ -208,61 +207,32 @@ def _nearest_above(replay: Replay, index: int) -> str:
     if not gaps:
         return ""
     nearest = min(sorted(gaps), key=lambda n: gaps[n])
-    return f"{quoted(nearest)}, by {replay.lengths.text(gaps[nearest])}"
+    return f"{quoted(nearest)}, by {recorded.lengths.text(gaps[nearest])}"
 
 
-def explain_pad(replay: Replay, index: int) -> Explanation:
-    """Explain update `index` of a pad by the objects that press on it.
-
-    Raise `AngenError` if the sensor cannot be read.
-    """
-    track, sensor = replay.track, replay.sensor
-    pending = replay.take_with_motion(index)
-    if pending is None:
-        return replay.explain_off(index)
-    contact = pending.update.ask(FORCES)
-    reading = replay.runner.model.update(
-        pending.parameters, replace(pending.update, scene={FORCES: lambda: contact})
-    )
-    parameters: PressureParameters = pending.parameters
-    pose = pending.update.pose
-    weightless = replace(contact, weight=np.zeros(3))
-    shares: dict[str, float] = {}
-    for partner in contact.forces.partners:
-        alone = replace(weightless, forces=replace(contact.forces, partners=(partner,)))
-        force = pad_reading(parameters, pose, alone).force
-        if abs(force) > LEAST_FORCE:
-            shares[partner.name] = shares.get(partner.name, 0.0) + force
-    own_weight = 0.0
-    if not parameters.subtract_own_weight:
-        own_weight = float(contact.weight @ -pose.axes[:, 2])
+def explain_pad(recorded: RecordedSensor, index: int) -> Explanation:
+    """Explain update `index` of a pad by the objects that press on it."""
+    track, kind = recorded.track, recorded.sensor.kind
+    parameters: PressureParameters = recorded.parameters_at(index)
+    fields = {name: column[index] for name, column in track.columns.items()}
     cause = PadCause(
-        tuple(sorted(shares.items(), key=lambda item: (-item[1], item[0]))),
-        float(reading.value),
-        own_weight,
+        rows_of(recorded.evidence("shares", index)),
+        track.value[index],
+        recorded.evidence("own_weight_n", index),
         parameters.threshold,
-        (reading.fields["cop_x_m"], reading.fields["cop_y_m"]),
-        reading.fields["problem"],
+        (fields["cop_x_m"], fields["cop_y_m"]),
+        fields["problem"],
         tuple(split(track.columns["partners"][index - 1])) if index else (),
     )
-    recorded = float(track.value[index])
-    doubt = ""
-    if abs(recorded - cause.force) > FORCE_TOLERANCE * max(1.0, abs(recorded)):
-        doubt = (
-            f"the recording has {newtons(recorded)}, but the scene now gives "
-            f"{newtons(cause.force)}: something has changed since the run, or the reading depends "
-            "on much earlier frames. Simulate again"
-        )
-    elif cause.problem:
-        doubt = cause.problem
-    facts = _facts(cause, replay.lengths)
+    facts = _facts(cause, recorded.lengths)
     if index > 0:
         names = ", ".join(cause.before)
         by = f", {names}" if names else ""
-        when = at_frame(track.frames[index - 1], track.times[index - 1])
-        facts.append(("Before", f"{newtons(track.value[index - 1])}{by}, at {when}"))
-    headline = _headline(cause, sensor.kind.active_label, sensor.kind.idle_label)
-    return replay.explanation(index, headline, tuple(facts), doubt, cause)
+        facts.append(
+            ("Before", f"{newtons(track.value[index - 1])}{by}, at {recorded.when(index - 1)}")
+        )
+    headline = _headline(cause, kind.active_label, kind.idle_label)
+    return recorded.explanation(index, headline, tuple(facts), cause.problem, cause)
 
 
 def _facts(cause: PadCause, lengths: Lengths) -> list[tuple[str, str]]:

@@ -17,8 +17,8 @@ from ...sensor_logic.recording.tracks import Recording
 from ...sensor_logic.report import page
 from ...sensor_logic.report.facts import Report, ReportedSensor
 from ...sensor_logic.report.svg import shown_number
-from .. import plan
 from ..advice.lacking import lacking
+from ..plan.storeys import storeys
 from ..scene.animation import is_animated
 from ..scene.sensors import Sensor, decimal, read_parameters, simulated
 from .version import extension_version
@@ -83,7 +83,7 @@ def gather(
         tuple(_facts(scene, sensors, recording, start)),
         tuple(_sensor_facts(sensor) for sensor in sensors),
         recording,
-        plan.storeys(scene, sensors, recording.frame_start),
+        storeys(scene, sensors, recording.frame_start),
         recording.frame_start,
         _made_by(),
     )

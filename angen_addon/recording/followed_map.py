@@ -8,12 +8,11 @@ from collections.abc import Sequence
 from typing import Any
 
 from ...sensor_logic.kinds import KINDS
-from ...sensor_logic.recording.tracks import Recording
-from ..scene.changes import SCENE, SHOWN, Fingerprint, digest, key_of, what_is_shown
 from ..scene.facts import FACTS_VERSION
 from ..scene.marks import COVERAGE_MARK
 from ..scene.sensors import Sensor, unit_scale
-from .stored_recording import THIS_BLENDER, StoredRecording
+from .fingerprint import SCENE, SHOWN, Fingerprint, digest, key_of, what_is_shown
+from .followed_scene import THIS_BLENDER, FollowedScene
 
 # m: sensors that are smaller than this hide no floor and bar no way.
 SMALL_M = 0.5
@@ -21,7 +20,7 @@ SMALL_M = 0.5
 NONE_MEASURED = -1
 
 
-class FollowedResult(StoredRecording):
+class FollowedResult(FollowedScene):
     """The fingerprint of the scene for which a result, such as a coverage map, was computed.
 
     It leaves out data on which the result does not depend: most settings of the scene, and small
@@ -39,7 +38,7 @@ class FollowedResult(StoredRecording):
         raise NotImplementedError
 
     @staticmethod
-    def counts(sensor: Any) -> bool:
+    def depends_on(sensor: Any) -> bool:
         """Return whether the result depends on a small sensor, given as an object."""
         raise NotImplementedError
 
@@ -49,7 +48,7 @@ class FollowedResult(StoredRecording):
 
         Call this method when a result was made.
         """
-        made = cls(Recording(), Fingerprint(depsgraph.view_layer.name, light=False))
+        made = cls(Fingerprint(depsgraph.view_layer.name, light=False))
         made.fingerprint = made._fingerprint_now(scene, depsgraph)
         header = [FACTS_VERSION, *THIS_BLENDER], depsgraph.view_layer.name
         made.stored = json.dumps([*header, made.fingerprint.digests])
@@ -67,7 +66,7 @@ class FollowedResult(StoredRecording):
             known = {str(key): str(digest) for key, digest in digests.items()}
         except (ValueError, TypeError, AttributeError):
             (facts, *blender), view_layer, known = [NONE_MEASURED, *THIS_BLENDER], "", {}
-        found = cls(Recording(), Fingerprint(view_layer, False, known), tuple(blender))
+        found = cls(Fingerprint(view_layer, False, known), tuple(blender))
         found.facts, found.stored, found.unsure = facts, text, True
         return found
 
@@ -95,7 +94,7 @@ class FollowedResult(StoredRecording):
             obj
             for obj in view_layer.objects
             if obj.angen_sensor.kind in KINDS
-            and not self.counts(obj)
+            and not self.depends_on(obj)
             and max(obj.dimensions) < small
         }
 
@@ -117,5 +116,5 @@ class FollowedMap(FollowedResult):
         scene[FollowedMap.KEY] = text
 
     @staticmethod
-    def counts(sensor: Any) -> bool:
+    def depends_on(sensor: Any) -> bool:
         return KINDS[sensor.angen_sensor.kind].view is not None

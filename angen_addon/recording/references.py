@@ -9,9 +9,9 @@ from __future__ import annotations
 from typing import Any
 
 from ...sensor_logic.kind import LIGHT
-from ..scene.changes import Fingerprint, digest, fingerprint_of, key_of
 from ..scene.facts import facts_without
 from ..scene.sensors import all_sensors
+from .fingerprint import Fingerprint, digest, fingerprint_of, key_of
 
 # Entries of a fingerprint whose keys start so are on warmth, on which light does not depend.
 WARMTH = "Warmth "

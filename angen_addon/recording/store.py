@@ -18,8 +18,8 @@ import bpy
 from ...sensor_logic.error import AngenError, replaced
 from ...sensor_logic.recording.file import VALUES, from_bytes, size_of, to_bytes
 from ..runtime import state
-from ..scene.changes import Fingerprint
 from ..scene.sensors import Sensor, all_sensors
+from .fingerprint import Fingerprint
 from .stored_recording import StoredRecording
 
 # The name of the texts; its leading dot hides them from lists.
@@ -46,8 +46,6 @@ def put_into_file() -> None:
 def _put(scene: Any, kept: StoredRecording | None, is_aside: bool) -> None:
     if kept is None:
         return
-    if not is_aside:
-        kept.add_portable(scene)
     try:
         kept.stored = kept.stored or _encoded(kept, scene)
     except AngenError as error:
@@ -140,7 +138,6 @@ def _encoded(kept: StoredRecording, scene: Any) -> str:
         "view_layer": made.view_layer,
         "light": made.light,
         "digests": made.digests,
-        "portable": made.portable,
         "names": {s.name: kept.names[s.uid] for s in sensors if s.uid in kept.names},
     }
     data = base64.b64encode(to_bytes(kept.recording, header)).decode()
@@ -161,8 +158,7 @@ def _decoded(text: str, most_values: int) -> tuple[StoredRecording, dict[str, st
     recording, header = from_bytes(packed, most_values)
     if not _is_header(header):
         raise AngenError("it is damaged")
-    portable = header.get("portable", {})
-    made = Fingerprint(header["view_layer"], header["light"], header["digests"], portable)
+    made = Fingerprint(header["view_layer"], header["light"], header["digests"])
     kept = StoredRecording(recording, made, tuple(header["blender"]))
     kept.made_in = tuple(header.get("made_in", kept.blender))
     kept.facts = header.get("facts", 1)
@@ -175,7 +171,7 @@ def _is_header(header: dict[str, Any]) -> bool:
     """Return whether a header has the entries and the types that `_encoded` writes."""
     numbers = [header.get("facts", 1)]
     versions: list[Any] = [header.get("blender"), header.get("made_in", []), numbers]
-    texts: list[Any] = [header.get("digests"), header.get("portable", {}), header.get("names", {})]
+    texts: list[Any] = [header.get("digests"), header.get("names", {})]
     return (
         isinstance(header.get("view_layer"), str)
         and isinstance(header.get("light"), bool)

@@ -17,9 +17,9 @@ from bpy.app.handlers import persistent
 from ..advice import lacking
 from ..recording import store as recording_store
 from ..scene import facts
-from ..scene.changes import SHADING
 from ..scene.former_choices import replace_former_choices
-from ..scene.light.scene import remove_left
+from ..scene.light.changes import SHADING
+from ..scene.light.scene import remove_leftover_scenes
 from . import playhead, state
 from .live import live_of
 from .playhead import fresh_recording
@@ -215,7 +215,7 @@ def before_load(*_: Any) -> None:
 @persistent
 def after_load(*_: Any) -> None:
     """Convert settings of earlier versions in the loaded file, and restore its recordings."""
-    remove_left()
+    remove_leftover_scenes()
     replaced = replace_former_choices()
     recording_store.restore()
     if replaced:
@@ -244,7 +244,7 @@ def before_undo(*_: Any) -> None:
 @persistent
 def after_undo(*_: Any) -> None:
     """Compare the recording and the coverage map with the scene again, and show the recording."""
-    remove_left()
+    remove_leftover_scenes()
     _verify_again()
     _show_recorded()
     if bpy.context.scene is not None:

@@ -16,7 +16,7 @@ from ...sensor_logic.clock import Clock
 from ...sensor_logic.error import AngenError
 from ...sensor_logic.kind import Field
 from ...sensor_logic.model import Reading
-from ..progress import Doing, finished
+from ..progress import Doing, Work, finished
 from ..scene.instances import Uid
 from ..scene.light.probe import LightRequest
 from ..scene.sensors import Sensor, all_sensors, check, simulated
@@ -377,12 +377,10 @@ class Live:
         except AngenError as error:
             self._fail(lit, error)
 
-    def measure_now(
-        self, scene: Any, view_layer: Any, sensors: Sequence[Sensor]
-    ) -> Generator[Doing | int, None, None]:
+    def measure_now(self, scene: Any, view_layer: Any, sensors: Sequence[Sensor]) -> Work[int]:
         """Measure the light of these sensors at the present frame, even if the scene was edited.
 
-        Yield the progress as `Doing` before each picture, and at the end the number of sensors.
+        Yield the progress before each picture, and return the number of sensors.
         Raise AngenError if the light of a sensor cannot be measured.
         """
         if self.is_old(scene):
@@ -392,7 +390,7 @@ class Live:
             for words in self._measure(scene, view_layer, [update]):
                 text = ", ".join(filter(None, (sensor.name, words)))
                 yield Doing(number / len(sensors), text, slow=True)
-        yield len(sensors)
+        return len(sensors)
 
     def _light_update_now(self, scene: Any, view_layer: Any, sensor: Sensor) -> PendingUpdates:
         """Return the update of a light sensor at the present frame, or raise AngenError."""

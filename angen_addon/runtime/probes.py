@@ -10,10 +10,10 @@ import numpy as np
 
 from ...sensor_logic.forces.world import PadForces
 from ...sensor_logic.model import Answers, LightSample
-from ..scene.changes import LightChanges
 from ..scene.forces.bodies import Pad
 from ..scene.forces.tracker import ContactTracker
 from ..scene.instances import Uid
+from ..scene.light.changes import LightChanges
 from ..scene.light.cycles import CyclesLight, Steps, request_key
 from ..scene.light.probe import LightRequest, measuring
 from ..scene.rays.caster import RayCaster, Rays

@@ -586,6 +586,7 @@ class SensorRunner:
             {need: partial(ANSWERS[need], query) for need in needs},
             partial(generator, scene.angen_seed, name),
             partial(generator, scene.angen_seed, f"{name}, part", 0),
+            self.trace.name_of,
         )
         due = steps.steps[steps.due].tolist()
         updates = self.trace.record(query, updates)

@@ -13,6 +13,7 @@ from typing import Any, Protocol
 
 from ...sensor_logic.recording.tracks import Recording
 from ..recording.followed_map import FollowedMap, FollowedResult
+from ..recording.followed_scene import FollowedScene
 from ..recording.references import LightReferences
 from ..recording.stored_recording import StoredRecording
 from ..scene.animation import all_animated, curves
@@ -240,7 +241,6 @@ class Cache:
         kept = self.kept(scene)
         if kept is not None:
             kept.stale_then = kept.stale
-            kept.add_portable(scene)
         scene.angen_recording_aside = CLEARED if kept is None else kept.mark
         scene.angen_recording = CLEARED
 
@@ -269,12 +269,12 @@ class Cache:
         """
         self._results[scene.session_uid, kind] = kind.note(scene, depsgraph)
 
-    def followed(self, scene: Any) -> list[StoredRecording]:
+    def followed(self, scene: Any) -> list[FollowedScene]:
         """Return the last recording and the results of a scene, which edits can make stale."""
         results = (self.result(scene, kind) for kind in FOLLOWED)
         return [found for found in (self.kept(scene), *results) if found]
 
-    def _all_followed(self) -> list[tuple[int, StoredRecording]]:
+    def _all_followed(self) -> list[tuple[int, FollowedScene]]:
         """Return all recordings and other results, each with the session uid of its scene."""
         runs = ((uid, kept) for uid, made in self._kept.items() for kept in made.values())
         return [*runs, *((uid, found) for (uid, _), found in self._results.items())]

@@ -18,7 +18,7 @@ import numpy as np
 from ...sensor_logic.kind import CROSSINGS, FORCES, POSES, RAYS
 from ...sensor_logic.model import Array
 from ..scene.animation import action_curves, all_animated, time_stretch
-from ..scene.changes import SHADING
+from ..scene.light.changes import SHADING
 from ..scene.surfaces import SURFACES
 from ..scene.timed import is_timeless_driver
 from ..scene.timed import reasons as timed_reasons

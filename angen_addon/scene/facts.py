@@ -469,8 +469,8 @@ def corners_and_faces(mesh: Any) -> Facts:
 
 
 def hashed(values: Any) -> str:
-    """Return the digest of a long array."""
-    # As text, the array would take many times its memory.
+    """Return the digest of bytes, or of a long array."""
+    # As text, an array would take many times its memory.
     return hashlib.blake2b(values, digest_size=16).hexdigest()
 
 

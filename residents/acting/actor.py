@@ -35,7 +35,7 @@ from ..body.skeleton import Build, Sort
 from ..body.turns import ease
 from ..routine.timetable import Stream
 from .ground import resample, yaw_to
-from .home import HomeInUse
+from .home_in_use import HomeInUse
 from .places import LIE, Door, Place
 from .timeline import AWAY, LYING, SITTING, STANDING, Clip, Gesture, Hold, Stay, Timeline
 from .ways import Floor

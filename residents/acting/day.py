@@ -13,14 +13,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TypeVar
 
-from ...angen_addon.progress import Shares, finished
+from ...angen_addon.progress import Doing, Work, finished
 from ...sensor_logic.error import InputError
 from ...sensor_logic.toml_table import suggestion
 from ..body.skeleton import Build
 from ..routine.routine import DAY, Routine, Segment
 from ..routine.timetable import OTHER, Draws, Stream
 from .ground import Ground
-from .home import HomeInUse
+from .home_in_use import HomeInUse
 from .living import Performer
 from .places import Place, Places
 from .timeline import AWAY, STANDING, Acted, ActedActivity, Stay, Wait
@@ -52,7 +52,7 @@ def acting(
     draws: Draws,
     day: int,
     ground: Ground | None = None,
-) -> Shares[Acted]:
+) -> Work[Acted]:
     """Act out the day with the number `day`, and yield the progress.
 
     Parameters
@@ -239,7 +239,7 @@ def _is_free(performer: Performer, place: Place) -> bool:
 # All persons together.
 
 
-def _run_all(people: list[tuple[Performer, list[tuple[Segment, Stream]]]]) -> Shares[None]:
+def _run_all(people: list[tuple[Performer, list[tuple[Segment, Stream]]]]) -> Work[None]:
     """Advance the persons until all have ended, always the one whose time is earliest.
 
     Of persons with the same time, the first in the list is advanced. Yield the progress, 0 to 1.
@@ -249,7 +249,7 @@ def _run_all(people: list[tuple[Performer, list[tuple[Segment, Stream]]]]) -> Sh
     heapq.heapify(queue)
     while queue:
         now, number = heapq.heappop(queue)
-        yield min(max(now / DAY, 0.0), 1.0)
+        yield Doing(min(max(now / DAY, 0.0), 1.0))
         try:
             # The activity under way at midnight goes on for a while.
             if now < DAY + AFTER:

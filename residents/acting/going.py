@@ -17,7 +17,7 @@ from ...sensor_logic.model import Array
 from ..body.skeleton import Build
 from .actor import FETCH_M, Actor, Standpoint, parking_on_path
 from .ground import resample, round_corners
-from .home import HomeInUse, Occupant
+from .home_in_use import HomeInUse, Occupant
 from .places import LIE, SIT, Door, Place
 from .timeline import STANDING, WALKING, Wait
 from .ways import NoPath, length

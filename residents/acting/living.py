@@ -15,7 +15,7 @@ from ..routine.timetable import Stream
 from .actor import LOOK
 from .going import ActivityAbandoned, Navigator, Process
 from .ground import Spot
-from .home import HomeInUse
+from .home_in_use import HomeInUse
 from .places import Door, Place
 from .timeline import AWAY, LYING, SITTING, STANDING, ActedActivity
 from .words import POSTURES, ActivityStep, ActivitySteps, RepeatedSteps

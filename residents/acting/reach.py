@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ...angen_addon.progress import Shares, finished
+from ...angen_addon.progress import Doing, Work, finished
 from ...sensor_logic.model import Array
 from .places import BODY_M, Place, Places
 from .ways import Floor, NoPath, entry, find_path, regions
@@ -57,8 +57,8 @@ def unreached(places: Places) -> list[Unreached]:
     return finished(unreached_in_steps(places))
 
 
-def unreached_in_steps(places: Places) -> Shares[list[Unreached]]:
-    """Find the places that an adult cannot reach; yield the progress, 0 to 1.
+def unreached_in_steps(places: Places) -> Work[list[Unreached]]:
+    """Find the places that an adult cannot reach; yield the progress.
 
     Return the places sorted by name.
     """
@@ -72,7 +72,7 @@ def unreached_in_steps(places: Places) -> Shares[list[Unreached]]:
         name, point = start
         lost = []
         for place in here:
-            yield looked / len(places.places)
+            yield Doing(looked / len(places.places))
             looked += 1
             if not _is_reached(storey.floor, point, place):
                 lost.append(place)

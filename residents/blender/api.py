@@ -28,7 +28,7 @@ from ..days.rows import Day
 from ..routine.routine import time_of_day
 from .marks import LABELS
 from .places import read_places
-from .run import Household, Plan, run_days
+from .run import HouseholdDays, Plan, run_days
 from .settings import (
     add_resident,
     build_of,
@@ -39,17 +39,19 @@ from .settings import (
 )
 
 
-def household_of(sensors: Sequence[Sensor], plan: Plan, start: date | str, seed: int) -> Household:
+def household_of(
+    sensors: Sequence[Sensor], plan: Plan, start: date | str, seed: int
+) -> HouseholdDays:
     """Return the people of a routine in the open home, for days from the date `start` on.
 
     Raise `AngenError` if an argument is invalid.
     """
     with explained("start", InputError):
         first = parse_date(start) if isinstance(start, str) else start
-    return Household(bpy.context.scene, sensors, plan, first, seed)
+    return HouseholdDays(bpy.context.scene, sensors, plan, first, seed)
 
 
-def _warn_of_notes(household: Household) -> None:
+def _warn_of_notes(household: HouseholdDays) -> None:
     for text in household.take_notes():
         warnings.warn(text, stacklevel=3)
 

@@ -15,8 +15,8 @@ from typing import Any, TextIO
 
 import bpy
 
-from ...angen_addon.commands.console import DONE, FAILED, note, write_message
-from ...angen_addon.commands.home import open_home, sensors_of
+from ...angen_addon.commands.console import DONE, FAILED, ProgressText, note
+from ...angen_addon.commands.open_home import open_home, sensors_of
 from ...angen_addon.commands.parser import (
     Verb,
     add_choice,
@@ -37,25 +37,22 @@ from ..acting.timeline import Acted
 from ..days.truth import DAY_S
 from . import reachable
 from .folder import Folder, check_dates
-from .run import LARGEST_SEED, Household, Plan, moved_share, run_days
+from .run import LARGEST_SEED, HouseholdDays, Plan, moved_share, run_days
 from .shared_days import WORKER, SharedDays, days_of_worker
 
-# s between two lines of progress, on a terminal and elsewhere.
-TERMINAL_S, LOG_S = 0.3, 30.0
+# s between two lines of progress elsewhere than in a terminal.
+LOG_S = 30.0
 
 
 class DayLine:
     """The progress of a run of days, written to standard error.
 
-    On a terminal it is one line that is overwritten. Otherwise a line is written now and then. With
-    --jobs it counts complete days only.
+    With --jobs it counts complete days only.
     """
 
     def __init__(self, stream: TextIO, quiet: bool, days: int, folder: Folder) -> None:
-        self._stream, self._quiet, self._days, self._folder = stream, quiet, days, folder
+        self._text, self._days, self._folder = ProgressText(quiet, stream, LOG_S), days, folder
         self._begin = time.perf_counter()
-        self._shown = self._begin
-        self._terminal = stream is not None and stream.isatty()
         self._earlier = self._whole()
 
     def _whole(self) -> int:
@@ -66,10 +63,8 @@ class DayLine:
 
         Both are None if several processes simulate days.
         """
-        now = time.perf_counter()
-        if self._quiet or now - self._shown < (TERMINAL_S if self._terminal else LOG_S):
+        if not self._text.is_due():
             return
-        self._shown = now
         whole = self._whole()
         part = step.share if step is not None else 0.0
         moved = moved_share(acted.spans(0.0, DAY_S), part) if acted is not None else part
@@ -77,16 +72,15 @@ class DayLine:
         text = f"day {min(whole + 1, self._days)} of {self._days}"
         text += f", {percent(part)} of it" if step is not None else ""
         if made > 0.02:
-            each = (now - self._begin) / made
+            each = (time.perf_counter() - self._begin) / made
             left = each * (self._days - whole - moved)
             text += f", {60 / each:.2g} days a minute, about {_rounded(left)} left"
         if step is not None and step.doing:
             text += f", {step.doing}"
-        write_message(f"\r{text:<70}" if self._terminal else f"{text}\n", self._stream)
+        self._text.write(text)
 
     def clear(self) -> None:
-        if self._terminal and not self._quiet:
-            write_message("\r" + " " * 70 + "\r", self._stream)
+        self._text.clear()
 
     def summary(self) -> str:
         """Return a text with the number of simulated days and the time taken; "" for no days."""
@@ -199,7 +193,7 @@ def _run(options: argparse.Namespace, sensors: list[Sensor]) -> bool:
     check_not_read([options.out / "events.csv"])
     scene = bpy.context.scene
     plan = Plan.read(options.routine, options.diary)
-    household = Household(scene, chosen_sensors, plan, options.start, options.seed)
+    household = HouseholdDays(scene, chosen_sensors, plan, options.start, options.seed)
     if options.worker:
         # This never returns: the process that started this one ends it, and writes the tables.
         folder = Folder(options.out, household, options.format, options.samples)
@@ -211,7 +205,7 @@ def _run(options: argparse.Namespace, sensors: list[Sensor]) -> bool:
     return _all(household, folder, options)
 
 
-def _all(household: Household, folder: Folder, options: argparse.Namespace) -> bool:
+def _all(household: HouseholdDays, folder: Folder, options: argparse.Namespace) -> bool:
     line = DayLine(sys.stderr, options.quiet, options.days, folder)
     left = [n for n in range(options.days) if not folder.has(n)]
     workers = max(min(options.jobs, len(left)) - 1, 0)
@@ -246,7 +240,7 @@ def _all(household: Household, folder: Folder, options: argparse.Namespace) -> b
 
 
 def _make(
-    household: Household,
+    household: HouseholdDays,
     folder: Folder,
     numbers: Iterable[int],
     progress: Callable[[int, Progress], object],
@@ -259,7 +253,7 @@ def _make(
             _note_new(household)
 
 
-def _note_new(household: Household) -> None:
+def _note_new(household: HouseholdDays) -> None:
     for text in household.take_notes():
         note(text)
 

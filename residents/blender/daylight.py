@@ -20,7 +20,7 @@ import numpy as np
 from mathutils import Vector
 
 from ...angen_addon.scene.light.materials import has_nodes
-from ...angen_addon.scene.light.scene import take_begins, tell_begins
+from ...angen_addon.scene.light.scene import remove_part_starts, store_part_starts
 from ...angen_addon.scene.sensors import Sensor
 from ...sensor_logic.kind import LIGHT
 from ...sensor_logic.model import Array
@@ -57,7 +57,7 @@ class Daylight:
         return self
 
     def __exit__(self, *_: object) -> None:
-        take_begins(self._scene)
+        remove_part_starts(self._scene)
         for owner in self._keyed:
             bpy.data.actions.remove(owner.animation_data.action)
         for owner, name, value in reversed(self._before):
@@ -75,7 +75,7 @@ class Daylight:
         caller restores the earlier values.
         """
         if self._has_light_sensors:
-            tell_begins(self._scene, [frame_at(-LEAD_S)])
+            store_part_starts(self._scene, [frame_at(-LEAD_S)])
         if self.sun is not None and self._site is not None:
             self._write(self.sun, self._site)
 
@@ -102,7 +102,7 @@ class Daylight:
     def _write(self, sun: Any, site: Site) -> None:
         starts, positions = self._sun_positions(site)
         frames = np.array([frame_at(start) for start in starts])
-        tell_begins(self._scene, [frame_at(start) for start in (-LEAD_S, *self.changes())])
+        store_part_starts(self._scene, [frame_at(start) for start in (-LEAD_S, *self.changes())])
         away = sun.matrix_world.to_3x3() @ Vector((0.0, 0.0, 1.0))
         authored = max(math.asin(max(-1.0, min(1.0, away.normalized().z))), LOWEST)
         above = sun.parent.matrix_world.to_quaternion().inverted() if sun.parent else None

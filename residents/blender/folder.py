@@ -28,7 +28,7 @@ from ..days.rows import Day, DayRows, toml
 from ..days.samples import samples_csv
 from ..days.truth import DAY_S
 from .daylight import site_of
-from .run import Household
+from .run import HouseholdDays
 
 # Inside the folder of a run: the folder of its days, and the file with the digest of the run.
 DAYS, MARK = "days", "days/run.txt"
@@ -50,7 +50,7 @@ class Folder:
     """
 
     def __init__(
-        self, path: Path, household: Household, formats: Sequence[str], samples: bool = False
+        self, path: Path, household: HouseholdDays, formats: Sequence[str], samples: bool = False
     ) -> None:
         """Open or create the folder for the household's run.
 
@@ -159,7 +159,7 @@ class Folder:
             found.append(day)
         if not found:
             return 0, []
-        whole = DayRows.of(found)
+        whole = DayRows.joined(found)
         texts: dict[Path, Any] = {self._path / n: text for n, text in whole.files().items()}
         texts[self._path / "home.toml"] = self._home_toml(len(found))
         notes = self._add_formats(whole, texts)
@@ -228,7 +228,7 @@ def _sensor_values(sensor: Sensor) -> Mapping[str, Any]:
     }
 
 
-def _parts(household: Household) -> list[str]:
+def _parts(household: HouseholdDays) -> list[str]:
     """Return the parts of a run: for each its name, and its value or the hash of its content."""
     house = household
     values = about(house.scene)
@@ -268,7 +268,7 @@ def _difference(there: Sequence[str], here: Sequence[str]) -> str:
     return f"its {both} {'differ' if texts else 'differs'}"
 
 
-def digest_of(household: Household) -> str:
+def digest_of(household: HouseholdDays) -> str:
     """Return a hash of everything on which a day depends.
 
     This is the home with its linked files, routine, start date, seed, sensors and versions. The

@@ -10,9 +10,9 @@ from typing import Any
 
 import bpy
 
+from ...angen_addon.recording.fingerprint import Fingerprint, digest, key_of
 from ...angen_addon.recording.followed_map import FollowedResult
 from ...angen_addon.runtime import state
-from ...angen_addon.scene.changes import Fingerprint, digest, key_of
 from ...angen_addon.scene.facts import part_facts
 from ...sensor_logic.error import InputError
 from ...sensor_logic.files import read_text
@@ -37,7 +37,7 @@ class FollowedDay(FollowedResult):
         scene.angen_day.followed = text
 
     @staticmethod
-    def counts(sensor: Any) -> bool:
+    def depends_on(sensor: Any) -> bool:
         return False
 
     def _fingerprint_now(self, scene: Any, depsgraph: Any) -> Fingerprint:

@@ -17,7 +17,7 @@ from mathutils import Matrix, Quaternion, Vector
 from numpy.typing import ArrayLike
 
 from ...angen_addon.scene.instances import chain
-from ...angen_addon.scene.light.scene import BEGINS, begins_of
+from ...angen_addon.scene.light.scene import BEGINS, reference_frames
 from ...angen_addon.scene.sensors import unit_scale
 from ...sensor_logic.model import Array, Index
 from ..acting.places import Places
@@ -184,7 +184,7 @@ class KeyedStretch:
         if BEGINS in scene:
             # Light references, which correct later readings, are measured at the start of the day
             # and of each part.
-            frames = np.union1d(frames, begins_of(scene, int(frames[0])))
+            frames = np.union1d(frames, reference_frames(scene, int(frames[0])))
         shown: dict[str, tuple[Array, BodyPose, Bones]] = {}
         for person, line in acted.bodies.items():
             if person in self._residents:
@@ -284,7 +284,7 @@ class KeyedStretch:
             on[seconds >= time - 1e-6] = state
         at = np.unique([0, *np.flatnonzero(np.diff(on)) + 1])
         if name not in self._powers:
-            self._powers[name] = self.copies.powers(bpy.data.objects[name])
+            self._powers[name] = self.copies.switchable_powers(bpy.data.objects[name])
         for owner, path, power in self._powers[name]:
             # The first key has the full power, also if the lamp stays off: Cycles samples lights
             # by the power that it finds there.

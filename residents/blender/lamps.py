@@ -109,7 +109,7 @@ class LampCopies:
         for lamp in lamps:
             self._full |= full_values(lamp)
 
-    def powers(self, lamp: Any) -> list[Power]:
+    def switchable_powers(self, lamp: Any) -> list[Power]:
         """Return the numbers to set to zero for the lamp to be off; make the copies for that."""
         members = family_of(lamp)
         for obj in members:

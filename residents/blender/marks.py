@@ -11,11 +11,11 @@ import numpy as np
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, PointerProperty, StringProperty
 from bpy.types import Context, Object
 
-from ...angen_addon.coverage.floor import free_ways
 from ...angen_addon.progress import finished
 from ...angen_addon.scene.bearers import candidates
 from ...angen_addon.scene.door_motion import MOTIONS, Leaf, leaves_of, shutting_of
-from ...angen_addon.scene.home import EvaluatedHome
+from ...angen_addon.scene.evaluated_home import EvaluatedHome
+from ...angen_addon.scene.floor import free_ways
 from ...angen_addon.scene.instances import objects_of
 from ...angen_addon.scene.lengths import OVERRIDABLE, property_group
 from ...angen_addon.scene.sensors import NotPlaced, known_rooms, placed_matrix, unit_scale

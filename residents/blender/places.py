@@ -10,8 +10,8 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from ...angen_addon.progress import Shares, finished, saying, scaled
-from ...angen_addon.scene.home import EvaluatedHome
+from ...angen_addon.progress import Doing, Work, finished, part_of, saying
+from ...angen_addon.scene.evaluated_home import EvaluatedHome
 from ...angen_addon.scene.sensors import assigned_room, is_placed
 from ...sensor_logic.error import AngenError, InputError
 from ...sensor_logic.model import Array
@@ -33,8 +33,8 @@ def read_marks(depsgraph: Any) -> HomeMarks:
     return finished(read_marks_in_steps(depsgraph))
 
 
-def read_marks_in_steps(depsgraph: Any) -> Shares[HomeMarks]:
-    """Read the marked objects as `read_marks` does; yield the progress, 0 to 1."""
+def read_marks_in_steps(depsgraph: Any) -> Work[HomeMarks]:
+    """Read the marked objects as `read_marks` does; yield the progress."""
     marks = HomeMarks()
     yield from marks.read_in_steps(depsgraph)
     return marks
@@ -43,8 +43,8 @@ def read_marks_in_steps(depsgraph: Any) -> Shares[HomeMarks]:
 class HomeMarks:
     """The marked objects of a home and its storeys; `read_in_steps` finds them."""
 
-    def read_in_steps(self, depsgraph: Any) -> Shares[None]:
-        """Read the marked objects; yield the progress, 0 to 1.
+    def read_in_steps(self, depsgraph: Any) -> Work[None]:
+        """Read the marked objects; yield the progress.
 
         Raise `AngenError` if none can be read.
         """
@@ -57,7 +57,9 @@ class HomeMarks:
         self.home = EvaluatedHome(depsgraph)
         self.problems: list[str] = []
         leaves = [obj for obj in objects if obj.angen_place.use == DOOR]
-        self.marked = yield from saying(0.0, self._read(partial(MarkedObject, self.home), objects))
+        self.marked = yield from saying(
+            Doing(0.0), self._read(partial(MarkedObject, self.home), objects)
+        )
         known = [obj for obj in objects if obj.name in self.marked]
         anchors = finished(self._read(self._floor_point, known))
         if not anchors:
@@ -73,7 +75,7 @@ class HomeMarks:
         names = [name for name, counts in zip(self.marked, stood, strict=True) if counts]
         walk = walkable_home(self.home, leaves)
         reading = walkable_storeys(self.home, walk, points[stood], names, rows)
-        self.grounds = yield from scaled(reading, 0.02, 0.85)
+        self.grounds = yield from part_of(reading, 0.02, 0.85)
         heights = [ground.storey.height for ground in self.grounds]
         self.numbers = {
             obj.name: storey_index(heights, float(point[2]))
@@ -85,18 +87,18 @@ class HomeMarks:
         self._add_doorways(doors.values())
         lamps = {o.name: self._lamp(o) for o in objects if o.angen_place.use == LAMP}
         used = [o for o in objects if self._needs_standing_point(o, lamps)]
-        places = yield from scaled(self._read(self._place, used), 0.85, 1.0)
+        places = yield from part_of(self._read(self._place, used), 0.85, 1.0)
         storeys = tuple(ground.storey for ground in self.grounds)
         self.places = Places(places, doors, lamps, storeys, tuple(self.problems))
 
-    def _read(self, read: Callable[[Any], T], objects: list[Any]) -> Shares[dict[str, T]]:
-        """Return the results of `read(object)` by the object's name; yield the progress, 0 to 1.
+    def _read(self, read: Callable[[Any], T], objects: list[Any]) -> Work[dict[str, T]]:
+        """Return the results of `read(object)` by the object's name; yield the progress.
 
         An `AngenError` becomes one of the `problems`.
         """
         found = {}
         for number, obj in enumerate(objects):
-            yield number / len(objects)
+            yield Doing(number / len(objects))
             try:
                 found[obj.name] = read(obj)
             except AngenError as error:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Generator, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from ...angen_addon.doctor import CHECKS
 from ...angen_addon.doctor.building import leaves
 from ...angen_addon.doctor.examined import MOVED_WITHOUT_KEYS, Examined, Found
-from ...angen_addon.progress import Doing, doing, finished, scaled
+from ...angen_addon.progress import Work, finished, part_of
 from ...angen_addon.scene.marks import WAY_MARK
 from ...angen_addon.scene.sensors import unit_scale
 from ...sensor_logic.error import AngenError
@@ -129,13 +129,10 @@ def check_places(depsgraph: Any) -> Checked:
     return finished(check_places_in_steps(depsgraph))
 
 
-def check_places_in_steps(depsgraph: Any) -> Generator[Doing, None, Checked]:
+def check_places_in_steps(depsgraph: Any) -> Work[Checked]:
     """Check the places as `check_places` does; yield the progress, and return the result."""
-    reading = yield from doing(
-        "floors and places", scaled(read_marks_in_steps(depsgraph), 0.0, 0.8)
-    )
-    looking = scaled(unreached_in_steps(reading.places), 0.8, 1.0)
-    lost = yield from doing("ways", looking)
+    reading = yield from part_of(read_marks_in_steps(depsgraph), 0.0, 0.8, "floors and places")
+    lost = yield from part_of(unreached_in_steps(reading.places), 0.8, 1.0, "ways")
     between = {}
     for one in lost:
         if len(one.way):

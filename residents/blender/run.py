@@ -18,7 +18,7 @@ import bpy
 import numpy as np
 
 from ...angen_addon.process.standalone import release_memory
-from ...angen_addon.progress import Shares, finished
+from ...angen_addon.progress import Work, finished
 from ...angen_addon.runtime.simulation import Exchange, Progress, simulate
 from ...angen_addon.runtime.time_base import evaluated_depsgraph
 from ...angen_addon.scene.animation import all_animated
@@ -190,14 +190,13 @@ class DayRun:
                 self.recording,
                 exchanges,
                 self._clock,
-                self._causes.note if self._causes.wanted else None,
             )
-            self._causes.explain_left()
+            self._causes.add_events()
         self.events = attribute_events(_events(self._causes.events, self.midnight))
 
     def _shown(self, start: float, end: float) -> Callable[[], None]:
         def exchange() -> None:
-            self._causes.explain_left()
+            self._causes.add_events()
             self._show(start, end)
             release_memory()
 
@@ -317,7 +316,7 @@ class Plan:
         return sorted(found, key=lambda s: (s.person, s.start))
 
 
-class Household:
+class HouseholdDays:
     """The people of a routine in the open home, and the simulation of their days.
 
     `residents` has the object of each person, by the person's name.
@@ -355,8 +354,8 @@ class Household:
         if read:
             finished(self.read_in_steps())
 
-    def read_in_steps(self) -> Shares[None]:
-        """Read the marked places; yield the progress, 0 to 1.
+    def read_in_steps(self) -> Work[None]:
+        """Read the marked places; yield the progress.
 
         The scene must be at its first frame. Raise `AngenError` if the places cannot be read.
         """
@@ -387,8 +386,8 @@ class Household:
         """
         return finished(self.act_in_steps(number))
 
-    def act_in_steps(self, number: int) -> Shares[Acted]:
-        """Compute the same as `acted`; yield the progress, 0 to 1, and return the result."""
+    def act_in_steps(self, number: int) -> Work[Acted]:
+        """Compute the same as `acted`; yield the progress, and return the result."""
         if self._last is None or self._last[0] != number:
             self._last = number, (yield from self._act(number))
             used = {switch.object for switch in self._last[1].switches}
@@ -406,7 +405,7 @@ class Household:
         self._notes = dict.fromkeys(self._notes, "")
         return found
 
-    def _act(self, number: int) -> Shares[Acted]:
+    def _act(self, number: int) -> Work[Acted]:
         segments = self.plan.segments(self.start, number + 2, self.seed)
         with explained(str(self.date_of(number)), InputError):
             return (
@@ -504,7 +503,7 @@ def resident_of(person: Person) -> Any:
 
 
 def run_days(
-    household: Household,
+    household: HouseholdDays,
     numbers: Iterable[int],
     progress: Callable[[int, Progress], object] = lambda number, step: None,
     between: tuple[float, float] | None = None,
@@ -534,7 +533,7 @@ def run_days(
 
 
 def run_days_in_steps(
-    household: Household, numbers: Iterable[int], between: tuple[float, float] | None = None
+    household: HouseholdDays, numbers: Iterable[int], between: tuple[float, float] | None = None
 ) -> Generator[tuple[int, Progress] | Day, None, None]:
     """Simulate days as `run_days` does, but also yield the progress.
 

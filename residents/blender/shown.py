@@ -16,7 +16,7 @@ import bpy
 
 from ...angen_addon.runtime import state
 from ...angen_addon.scene.animation import all_animated
-from ...angen_addon.scene.light.scene import take_begins
+from ...angen_addon.scene.light.scene import remove_part_starts
 from ..acting.places import Places
 from ..acting.timeline import Acted
 from ..days.rows import FPS, frame_at, time_at
@@ -116,7 +116,7 @@ def leave(scene: Any) -> list[str]:
     # The pointers count as users.
     day.lent.clear()
     day.earlier.clear()
-    take_begins(scene)
+    remove_part_starts(scene)
     give_back(lent)
     changed = []
     for owner, of_data, of_tree, action, values in earlier:

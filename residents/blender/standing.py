@@ -16,26 +16,23 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...angen_addon.authoring.rooms import volumes
-from ...angen_addon.coverage.floor import (
+from ...angen_addon.plan.rooms import labels_of, storeys_of
+from ...angen_addon.plan.storeys import GRAIN_M, around, grouped
+from ...angen_addon.progress import Doing, Steps, Work, finished, part_of, saying
+from ...angen_addon.scene.evaluated_home import EvaluatedHome
+from ...angen_addon.scene.floor import (
     MOST_CELLS,
     OVER_M,
     PIT_M,
     RUG_M,
     Grid,
-    Mask,
-    Steps,
     flood,
     floors,
     free_ways,
-    labels_of,
     passable,
-    storeys_of,
 )
-from ...angen_addon.plan import GRAIN_M, around, grouped
-from ...angen_addon.progress import Shares, finished, saying, scaled
-from ...angen_addon.scene.home import EvaluatedHome
 from ...angen_addon.scene.rays.solids import Solid
+from ...angen_addon.scene.rooms import Mask, volumes
 from ...angen_addon.scene.sensors import all_sensors, assigned_room
 from ...sensor_logic.error import AngenError, InputError
 from ...sensor_logic.model import Array
@@ -105,7 +102,7 @@ def walkable_storeys(
     marks: Array,
     names: Sequence[str],
     things: NDArray[np.intp],
-) -> Shares[list[WalkedStorey]]:
+) -> Work[list[WalkedStorey]]:
     """Find the storeys below marked objects, and return them from the lowest to the highest.
 
     Yield the progress, 0 to 1.
@@ -136,7 +133,7 @@ def walkable_storeys(
         mine = [storey_index(heights, z) == len(below) - 1 for z in marks[:, 2].tolist()]
         grid = _storey_grid(height, marks[mine], list(compress(names, mine)))
         part = len(found) / len(heights), (len(found) + 1) / len(heights)
-        found.append((yield from scaled(_walked_storey(home, walk, grid, marks[mine]), *part)))
+        found.append((yield from part_of(_walked_storey(home, walk, grid, marks[mine]), *part)))
     return found
 
 
@@ -171,27 +168,27 @@ def _floor_heights(home: EvaluatedHome, marks: Array) -> list[float]:
 
 def _walked_storey(
     home: EvaluatedHome, walk: EvaluatedHome, grid: Grid, marks: Array
-) -> Shares[WalkedStorey]:
-    """Find the free cells and rooms of a storey; yield the progress, 0 to 1."""
+) -> Work[WalkedStorey]:
+    """Find the free cells and rooms of a storey; yield the progress."""
     # Shares of the time, measured in the sample home.
-    over = (yield from saying(0.0, floors(walk, grid, OVER_M))).reshape(grid.shape)
+    over = (yield from saying(Doing(0.0), floors(walk, grid, OVER_M))).reshape(grid.shape)
     level = (over <= RUG_M) & (over >= -PIT_M)
     along = []
     for share, felt in zip(np.linspace(0.1, 0.6, len(FELT_M), False), FELT_M, strict=True):
-        along.append((yield from saying(float(share), passable(walk, grid, felt, level))))
+        along.append((yield from saying(Doing(float(share)), passable(walk, grid, felt, level))))
     ways = (
         np.all([pair[0] for pair in along], axis=0),
         np.all([pair[1] for pair in along], axis=0),
     )
     # Rays inside solids hit nothing: only cells connected with a mark are floor.
     seeds = np.where(level & _near_marks(grid, marks), 1, 0)
-    reached = (yield from saying(0.6, flood(seeds, level, ways))) > 0
+    reached = (yield from saying(Doing(0.6), flood(seeds, level, ways))) > 0
     free = reached & ~_beside_thin_obstacles(ways, reached)
     part = regions(Floor(grid.low, grid.size, free), BODY_M)
     # Cells that no body can reach are inside walls.
-    free &= (yield from saying(0.65, flood((part > 0).astype(np.int64), free, ways))) > 0
+    free &= (yield from saying(Doing(0.65), flood((part > 0).astype(np.int64), free, ways))) > 0
     floor = Floor(grid.low, grid.size, free)
-    number, names, guessed = yield from saying(0.7, _rooms(home, grid, grid.floor))
+    number, names, guessed = yield from saying(Doing(0.7), _rooms(home, grid, grid.floor))
     part = regions(floor, BODY_M)
     return WalkedStorey(
         Storey(grid.floor, floor, number, names, guessed),

@@ -107,7 +107,7 @@ class DayRows:
     people: tuple[Whereabouts, ...]
 
     @classmethod
-    def of(cls, days: Sequence[Day]) -> DayRows:
+    def joined(cls, days: Sequence[Day]) -> DayRows:
         """Join days; a value that does not change at midnight has no row at that time."""
         return cls(
             days[0].date,

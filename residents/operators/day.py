@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import secrets
-from collections.abc import Generator, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from datetime import date, timedelta
@@ -15,7 +15,7 @@ import bpy
 from bpy.props import IntProperty, StringProperty
 from bpy.types import Context, Operator
 
-from ...angen_addon.progress import Doing, doing, scaled
+from ...angen_addon.progress import Work, part_of
 from ...angen_addon.runtime import state
 from ...angen_addon.scene.sensors import all_sensors, simulated
 from ...operators.long_work import LongWork
@@ -28,7 +28,7 @@ from ..acting.timeline import Acted
 from ..blender import shown
 from ..blender.daylight import Daylight
 from ..blender.followed_day import note_read, verify, why_stale
-from ..blender.run import Household, Plan, resident_of
+from ..blender.run import HouseholdDays, Plan, resident_of
 from ..days.rows import HOUR_S, frame_at, hours_minutes
 from ..days.truth import activities
 from ..routine.routine import time_of_day
@@ -78,7 +78,7 @@ def settings_of(scene: Any) -> tuple[Plan, date, int]:
     return Plan.of(read_text(path), path.name), start, settings.seed
 
 
-def _compute_day(scene: Any, anew: bool) -> Generator[Doing, None, ComputedDay]:
+def _compute_day(scene: Any, anew: bool) -> Work[ComputedDay]:
     """Compute the day that the panel's settings give; yield the progress and return the day.
 
     The last computed day is used again if it is that of the list, unless `anew` is True. Raise
@@ -91,10 +91,10 @@ def _compute_day(scene: Any, anew: bool) -> Generator[Doing, None, ComputedDay]:
         number = scene.angen_day.number - 1
         frame = scene.frame_current
         try:
-            household = Household(scene, [], plan, start, seed, read=False)
-            yield from doing("floors and places", scaled(household.read_in_steps(), 0.0, 0.6))
-            acting = scaled(household.act_in_steps(number), 0.6, 1.0)
-            acted = yield from doing("what everybody does", acting)
+            household = HouseholdDays(scene, [], plan, start, seed, read=False)
+            yield from part_of(household.read_in_steps(), 0.0, 0.6, "floors and places")
+            acting = household.act_in_steps(number)
+            acted = yield from part_of(acting, 0.6, 1.0, "what everybody does")
         finally:
             scene.frame_set(frame)
         _computed = ComputedDay(mark, acted, household.places, plan, start + timedelta(number))
@@ -149,10 +149,10 @@ class ANGEN_OT_day_read(LongWork, Operator):
 
     poll = classmethod(can_read_scene)
 
-    def _begin(self, context: Context) -> Generator[Any, None, None]:
+    def _begin(self, context: Context) -> Work[ComputedDay]:
         with _without_shown_activity(context.scene):
             day = yield from _compute_day(context.scene, anew=True)
-        yield day
+        return day
 
     def _finish(self, context: Context, day: ComputedDay) -> None:
         settings = context.scene.angen_day
@@ -188,7 +188,7 @@ class _ShowActivity(LongWork):
         """
         raise NotImplementedError
 
-    def _begin(self, context: Context) -> Generator[Any, None, None]:
+    def _begin(self, context: Context) -> Work[ComputedDay | None]:
         scene = context.scene
         index, _ = self._target(scene.angen_day)
         verify(scene)
@@ -198,12 +198,11 @@ class _ShowActivity(LongWork):
         is_shown = scene.angen_day.before and scene.angen_day.shown == index
         if is_shown and shown.has_its_light(scene):
             # Only the playhead moves.
-            yield None
-            return
+            return None
         with _without_shown_activity(scene):
             day = yield from _compute_day(scene, anew=False)
             _animate_activity(scene, day, index)
-        yield day
+        return day
 
     def _finish(self, context: Context, day: ComputedDay | None) -> None:
         scene = context.scene

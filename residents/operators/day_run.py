@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator
+from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,7 +12,7 @@ from typing import Any
 import bpy
 from bpy.types import Context, Operator
 
-from ...angen_addon.progress import Doing, Enough, doing, scaled
+from ...angen_addon.progress import Doing, Enough, Work, part_of
 from ...angen_addon.scene.sensors import all_sensors, simulated
 from ...operators.long_work import LongWork
 from ...operators.polls import can_read_scene, needs
@@ -21,7 +21,7 @@ from ...sensor_logic.files import check_folder
 from ...sensor_logic.wording import part_is
 from ..blender.day_settings import BITS
 from ..blender.folder import Folder, check_dates
-from ..blender.run import Household, moved_share, run_days_in_steps
+from ..blender.run import HouseholdDays, moved_share, run_days_in_steps
 from ..days.rows import Day
 from ..days.truth import DAY_S
 from .day import settings_of
@@ -68,7 +68,7 @@ class ANGEN_OT_day_run(LongWork, Operator):
             and needs(cls, settings.out, "Choose a Folder")
         )
 
-    def _begin(self, context: Context) -> Generator[Any, None, None]:
+    def _begin(self, context: Context) -> Work[Result]:
         scene = context.scene
         settings = scene.angen_day
         plan, start, seed = settings_of(scene)
@@ -79,26 +79,25 @@ class ANGEN_OT_day_run(LongWork, Operator):
         sensors = simulated(all_sensors(context.view_layer))
         # Reading the household sets the first frame: note the playhead.
         self._playhead = scene.frame_current, scene.frame_subframe
-        household = Household(scene, sensors, plan, start, seed, read=False)
+        household = HouseholdDays(scene, sensors, plan, start, seed, read=False)
         return self._work(household, path, formats, settings.days)
 
     def _work(
-        self, household: Household, path: Path, formats: list[str], days: int
-    ) -> Generator[Any, None, None]:
-        """Simulate the days; yield `Doing` as progress, and at the end a `Result`."""
+        self, household: HouseholdDays, path: Path, formats: list[str], days: int
+    ) -> Work[Result]:
+        """Simulate the days."""
         scene = household.scene
         frame, subframe = self._playhead
         try:
             with _panel_names():
-                yield from doing("floors and places", scaled(household.read_in_steps(), 0.0, READ))
+                yield from part_of(household.read_in_steps(), 0.0, READ, "floors and places")
                 # Act the first day now: errors come before anything is written.
-                acting = scaled(household.act_in_steps(0), READ, ACTED)
-                yield from doing("what everybody does", acting)
+                acting = household.act_in_steps(0)
+                yield from part_of(acting, READ, ACTED, "what everybody does")
                 folder = Folder(path, household, formats)
-                result = yield from _simulate_days(household, folder, days)
+                return (yield from _simulate_days(household, folder, days))
         finally:
             scene.frame_set(frame, subframe=subframe)
-        yield result
 
     def _finish(self, context: Context, result: Result) -> set[str] | None:
         settings = context.scene.angen_day
@@ -138,10 +137,8 @@ class Result:
     problem: AngenError | None
 
 
-def _simulate_days(
-    household: Household, folder: Folder, days: int
-) -> Generator[Doing, None, Result]:
-    """Simulate the days that are missing in the folder; yield progress, return the result."""
+def _simulate_days(household: HouseholdDays, folder: Folder, days: int) -> Work[Result]:
+    """Simulate the days that are missing in the folder."""
     left = [number for number in range(days) if not folder.has(number)]
     problem, made = None, 0
     spans: dict[int, Any] = {}

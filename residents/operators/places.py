@@ -3,14 +3,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator
-from typing import Any
-
 import bpy
 from bpy.props import EnumProperty
 from bpy.types import Context, Operator
 
 from ...angen_addon.authoring.presets import select_only
+from ...angen_addon.progress import Work
 from ...angen_addon.runtime import state
 from ...angen_addon.scene.lengths import lengths_of
 from ...angen_addon.scene.sensors import unit_scale
@@ -84,13 +82,13 @@ class ANGEN_OT_places_check(LongWork, Operator):
 
     poll = classmethod(is_idle)
 
-    def _begin(self, context: Context) -> Generator[Any, None, None]:
+    def _begin(self, context: Context) -> Work[Checked]:
         context.view_layer.update()
         try:
             found = yield from check_places_in_steps(context.evaluated_depsgraph_get())
         except AngenError as error:
             raise AngenError(capital(str(error))) from None
-        yield found
+        return found
 
     def _finish(self, context: Context, checked: Checked) -> None:
         reachable.show(context.scene, checked.places, checked.lost)

@@ -43,7 +43,7 @@ PATIENCE = 4
 SHORTEST = 1e-8
 
 
-class Cones(Protocol):
+class FrictionProblem(Protocol):
     """The input of `minimise_inside`: springs, friction cones and required wrenches."""
 
     @property
@@ -89,7 +89,9 @@ class Inside:
     closed: bool
 
 
-def minimise_inside(problem: Cones, soft: Array, start: Array, near_enough: Array) -> Inside:
+def minimise_inside(
+    problem: FrictionProblem, soft: Array, start: Array, near_enough: Array
+) -> Inside:
     """Return the forces of least spring energy inside the friction cones, with the displacements.
 
     Parameters

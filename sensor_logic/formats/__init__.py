@@ -6,7 +6,6 @@ A new format is a module in this folder and an entry in `FORMATS` below.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import datetime, timedelta
@@ -48,7 +47,7 @@ class Format:
         A function that reads a file or folder; None if the format is not read.
     begins
         A pattern that recognises the format. It is matched with the first bytes of a file, or with
-        the file names in a folder.
+        the file names in a folder. Empty if the format is not read.
     is_folder
         The format is a folder of files.
     needs
@@ -62,7 +61,7 @@ class Format:
     tip: str
     writer: Callable[[Log], FormatFiles]
     read: Callable[[Path], ParsedLog] | None = None
-    begins: bytes = rb"(?!)"
+    begins: bytes = b""
     is_folder: bool = False
     needs: str = ""
     seconds: tuple[int, int] | None = None
@@ -125,26 +124,20 @@ FORMATS = {
             ".mcap",
             "MCAP with ROS 2 messages",
             mcap.write,
-            mcap.read,
-            re.escape(mcap.MAGIC),
             seconds=mcap.SECONDS,
         ),
-        Format("xes", ".xes", "XES, for process mining", xes.write, xes.read, xes.BEGINS),
+        Format("xes", ".xes", "XES, for process mining", xes.write),
         Format(
             "ocel",
             ".json",
             "OCEL 2.0, object-centric process mining",
             ocel.write,
-            ocel.read,
-            ocel.BEGINS,
         ),
         Format(
             "influx",
             ".lp",
             "InfluxDB's line protocol",
             influx.write,
-            influx.read,
-            influx.BEGINS,
             seconds=influx.SECONDS,
         ),
         Format(
@@ -160,8 +153,6 @@ FORMATS = {
             ".parquet",
             "A table for pandas",
             parquet.write,
-            parquet.read,
-            rb"PAR1",
             needs="pyarrow",
         ),
     )

@@ -12,19 +12,13 @@ from __future__ import annotations
 
 import re
 from itertools import groupby
-from pathlib import Path
 
-from ..log import Event, Value, as_logged, format_value
+from ..log import format_value
 from .log import Change, FormatFiles, Log
-from .source import ParsedLog, since_epoch
 
-# Comments, then a line that ends with a time.
-BEGINS = rb"((#[^\n]*)?\r?\n)*[^\s,={#]+(,(\\.|[^\\\s])+)? [^\s=]+=[^\n]* -?\d+\s*(\n|\Z)"
 ACTIVITY = "activity"
 # Times are signed 64-bit nanoseconds.
 SECONDS = -(2**63) // 10**9 + 1, 2**63 // 10**9 - 1
-# Seconds since 1970 from 2001 to 2096.
-CENTURY = 10**9, 4 * 10**9
 
 
 def write(log: Log) -> FormatFiles:
@@ -95,61 +89,3 @@ def _notes(log: Log) -> tuple[str, ...]:
         "InfluxDB allows no line breaks and no backslash at the end of names, so these names "
         f"were changed: {names}",
     )
-
-
-def read(path: Path) -> ParsedLog:
-    """Read the changes of sensors' fields from lines of the protocol, without the activities."""
-    found = ParsedLog([], in_utc=True)
-    first = None
-    # Not `splitlines`: names can contain U+2028.
-    for number, line in enumerate(path.read_text(encoding="utf-8").split("\n"), start=1):
-        parts = re.fullmatch(r"((?:\\.|[^\\ ])+) (.+) (-?\d+)", line)
-        if parts is None:
-            if line.strip() and not line.startswith("#"):
-                raise ValueError(
-                    f"line {number}: '{line[:60]}' is not in the line protocol of InfluxDB"
-                )
-            continue
-        measurement, *tags = re.split(r"(?<!\\),", parts[1])
-        if measurement == ACTIVITY:
-            found.has_activities = True
-            continue
-        values = dict(re.split(r"(?<!\\)=", tag, maxsplit=1) for tag in tags)
-        name, room = (_plain(values.get(key, "")) for key in ("sensor", "room"))
-        found.rooms[name] = room
-        first = int(parts[3]) if first is None else first
-        time = since_epoch(int(parts[3]) // 1000)
-        for field, value in re.findall(r'((?:\\.|[^=\\])+)=("(?:\\.|[^"\\])*"|[^,]*),?', parts[2]):
-            kind = _plain(measurement).upper()
-            try:
-                read = _value(value)
-            except ValueError:
-                what = "it must be a number, true, false or a text in quotes"
-                raise ValueError(f"line {number}: {field} is '{value}': {what}") from None
-            found.changes.append(Event(time, name, _plain(field), 0.0, kind, read, number))
-    if first is not None:
-        _note_precision(found, first)
-    return found
-
-
-def _note_precision(found: ParsedLog, first: int) -> None:
-    """Add a note if the time of the first line is one of this century in s, ms or µs."""
-    for unit, factor in (("s", 1), ("ms", 10**3), ("µs", 10**6)):
-        if CENTURY[0] * factor <= first < CENTURY[1] * factor:
-            found.notes.append(
-                f"times were read as nanoseconds, and are of 1970: if {first} is in {unit}, give "
-                f"them {9 - len(str(factor)) + 1} more zeros"
-            )
-
-
-def _plain(key: str) -> str:
-    return re.sub(r"\\([,= ])", r"\1", key)
-
-
-def _value(text: str) -> Value:
-    if text.startswith('"'):
-        return re.sub(r"\\(.)", r"\1", text[1:-1])
-    if text.lower() in {"t", "true", "f", "false"}:
-        return text[0] in "tT"
-    number: float = as_logged(float(text.rstrip("iu")))
-    return number

@@ -13,14 +13,11 @@ import zlib
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 
 from ..kind import RAYS
 from ..kinds import KINDS
-from ..log import Event, as_logged
 from ..parameters import defaults
 from .log import Change, Channel, FormatFiles, Log, slug, unique
-from .source import ParsedLog, since_epoch
 
 # ROS 2 messages: definitions, and encoding in CDR (OMG DDSI-RTPS 2.5, chapter 10).
 #
@@ -140,32 +137,6 @@ def force_message(epoch_us: int, frame_id: str, newtons: float) -> bytes:
     return bytes(found.number("d", 0.0, 0.0, -newtons, 0.0, 0.0, 0.0).data)
 
 
-def value_of(schema: str, data: bytes) -> bool | float | str:
-    """Return the value in a sensor's message of type `schema`.
-
-    Raise ValueError for types that sensors do not use.
-    """
-    if schema == "std_msgs/msg/Bool":
-        return bool(data[4])
-    if schema == "std_msgs/msg/Float32":
-        # Seven digits, as many as single precision holds.
-        return float(f"{struct.unpack_from('<f', data, 4)[0]:.7g}")
-    (length,) = struct.unpack_from("<I", data, 4 if schema == "std_msgs/msg/String" else 12)
-    if schema == "std_msgs/msg/String":
-        return data[8 : 8 + length - 1].decode()
-    body = 4 + -(-(12 + length) // 8) * 8
-    if schema in MEASURES:
-        return float(struct.unpack_from("<d", data, body)[0])
-    if schema == "sensor_msgs/msg/Range":
-        last = 4 + -(-(13 + length) // 4) * 4 + 12
-        most, distance = struct.unpack_from("<ff", data, last - 4)
-        # Without a target, the event log has the greatest distance.
-        return float(f"{min(distance, most):.7g}")
-    if schema == "geometry_msgs/msg/WrenchStamped":
-        return -float(struct.unpack_from("<d", data, body + 16)[0])
-    raise ValueError(f"{schema} is not a message type that can be read")
-
-
 MAGIC = b"\x89MCAP0\r\n"
 CHUNK_BYTES = 1 << 20
 HEADER, FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, MESSAGE_INDEX, CHUNK_INDEX = range(1, 9)
@@ -280,7 +251,7 @@ def _of_change(
     yield _Message(time * 1000, topic, schema, data, _about(channel))
     if channel.quantity == "opening" and KINDS[channel.sensor.kind].requires(RAYS):
         data = beam_message(time, frame, bool(change.value), _parameter(channel, "range_max"))
-        # `read` ignores this topic: the changes are in the topic of the field.
+        # The changes themselves are in the topic of the field.
         about = {"holds": "beam"}
         yield _Message(time * 1000, f"/angen/{frame}/range", RANGE, data, about)
 
@@ -447,73 +418,3 @@ def _text(text: str) -> bytes:
 
 def _map(pairs: Mapping[str, str]) -> bytes:
     return _sized(b"".join(_text(key) + _text(value) for key, value in pairs.items()))
-
-
-# The reader: only uncompressed chunks of ROS 2 messages, as `write` makes them.
-
-
-def read(path: Path) -> ParsedLog:
-    """Read the changes of sensors' fields from an MCAP file.
-
-    The changes are on the topics whose metadata name a sensor.
-    """
-    found = ParsedLog([], in_utc=True)
-    schemas: dict[int, str] = {}
-    topics: dict[int, tuple[str, dict[str, str]]] = {}
-    for kind, content in _records(path.read_bytes()[len(MAGIC) :]):
-        if kind == SCHEMA:
-            (number,) = struct.unpack_from("<H", content)
-            schemas[number] = _read_text(content, 2)[0]
-        elif kind == CHANNEL:
-            number, schema = struct.unpack_from("<HH", content)
-            end = _read_text(content, _read_text(content, 4)[1])[1]
-            topics[number] = schemas[schema], _read_map(content, end)
-        elif kind == MESSAGE:
-            number, _, time = struct.unpack_from("<HIQ", content)
-            schema_name, about = topics[number]
-            if "sensor" in about:
-                value = as_logged(value_of(schema_name, content[22:]))
-                clock, sensor = since_epoch(time // 1000), about["sensor"]
-                change = Event(clock, sensor, about["field"], 0.0, about["kind"], value)
-                found.changes.append(change)
-                found.rooms[sensor] = about["room"]
-            found.has_activities |= about.get("holds") == ACTIVITIES
-    return found
-
-
-def _records(data: bytes) -> Iterator[tuple[int, bytes]]:
-    """Yield the type and the content of each record before the summary, also of those in chunks."""
-    at = 0
-    while at < len(data):
-        kind, length = struct.unpack_from("<BQ", data, at)
-        content = data[at + 9 : at + 9 + length]
-        if len(content) < length:
-            raise ValueError("the file is truncated")
-        at += 9 + length
-        if kind == DATA_END:
-            return
-        if kind != CHUNK:
-            yield kind, content
-            continue
-        compression, start = _read_text(content, 28)
-        if compression:
-            raise ValueError(
-                f"its chunks are compressed ({compression}), which is not supported: "
-                "write the file without compression"
-            )
-        yield from _records(content[start + 8 :])
-
-
-def _read_text(data: bytes, at: int) -> tuple[str, int]:
-    """Return the text at position `at`, and the position after it."""
-    (length,) = struct.unpack_from("<I", data, at)
-    return data[at + 4 : at + 4 + length].decode(), at + 4 + length
-
-
-def _read_map(data: bytes, at: int) -> dict[str, str]:
-    (length,) = struct.unpack_from("<I", data, at)
-    found, at, end = {}, at + 4, at + 4 + length
-    while at < end:
-        key, at = _read_text(data, at)
-        found[key], at = _read_text(data, at)
-    return found

@@ -8,15 +8,11 @@ and end of each activity. An event refers to the objects that it involves.
 from __future__ import annotations
 
 import json
-from datetime import datetime
-from pathlib import Path
 from typing import Any
 
-from ..log import Event, as_logged, format_value
+from ..log import format_value
 from .log import Change, FormatFiles, Log, LoggedActivity, SensorFacts
-from .source import ParsedLog
 
-BEGINS = rb"\s*\{\s*\"(objectTypes|eventTypes|objects|events)\""
 TYPES = {bool: "boolean", float: "float", int: "integer", str: "string"}
 ACTIVITY_TYPES = ("activity begins", "activity ends")
 
@@ -134,25 +130,3 @@ def _who_and_where(activity: LoggedActivity) -> list[dict[str, str]]:
 
 def _relation(identifier: str, qualifier: str) -> dict[str, str]:
     return {"objectId": identifier, "qualifier": qualifier}
-
-
-def read(path: Path) -> ParsedLog:
-    """Read the changes of sensors' fields from an OCEL file, without its activities."""
-    content = json.loads(path.read_text(encoding="utf-8"))
-    objects = {one["id"]: one for one in content["objects"]}
-    found = ParsedLog([])
-    for event in content["events"]:
-        found.has_activities |= event["type"] in ACTIVITY_TYPES
-        related = [objects[relation["objectId"]] for relation in event["relationships"]]
-        for sensor in (one for one in related if one["type"] == "sensor"):
-            name, kind = (_attribute(sensor, key) for key in ("name", "kind"))
-            value = as_logged(_attribute(event, "value"))
-            time = datetime.fromisoformat(event["time"])
-            found.changes.append(Event(time, name, event["type"], 0.0, kind, value))
-            rooms = [_attribute(one, "name") for one in related if one["type"] == "room"]
-            found.rooms[name] = rooms[0] if rooms else ""
-    return found
-
-
-def _attribute(entry: dict[str, Any], name: str) -> Any:
-    return next(one["value"] for one in entry["attributes"] if one["name"] == name)

@@ -10,14 +10,12 @@ from __future__ import annotations
 
 import io
 import math
-from pathlib import Path
 from typing import Any
 
 from ..error import AngenError
 from ..kinds import KINDS
-from ..log import Event, Value, as_logged, format_value
+from ..log import format_value
 from .log import FormatFiles, Log
-from .source import ParsedLog
 
 # The columns of a table: {name: (type, values)}.
 
@@ -94,32 +92,6 @@ def write(log: Log) -> FormatFiles:
     out = io.BytesIO()
     pyarrow.parquet.write_table(table.replace_schema_metadata(about), out)
     return FormatFiles({"": out.getvalue()})
-
-
-def read(path: Path) -> ParsedLog:
-    """Read the changes from a table of an event log or of updates.
-
-    Raise AngenError if pyarrow is missing.
-    """
-    table = _pyarrow().parquet.read_table(path).to_pylist()
-    # Writers store times in UTC if the log has a time zone, else in local time.
-    found = ParsedLog([], in_utc=any(row["time"].tzinfo for row in table[:1]))
-    last: dict[tuple[str, str], Value] = {}
-    for row in sorted(table, key=lambda row: row["time"]):
-        found.rooms[row["sensor"]] = row["room"]
-        values = {row["field"]: row["value"]} if "field" in row else _event_values(row)
-        for name, value in values.items():
-            if "field" in row or last.get((row["sensor"], name)) != value:
-                last[row["sensor"], name] = value
-                change = Event(row["time"], row["sensor"], name, 0.0, row["kind"], value)
-                found.changes.append(change)
-    return found
-
-
-def _event_values(row: dict[str, Any]) -> dict[str, Value]:
-    """Return the values of a row of an update, for fields whose changes are events."""
-    names = [field.name for field in KINDS[str(row["kind"])].events]
-    return {name: as_logged(row[name]) for name in names if row.get(name) is not None}
 
 
 def _pyarrow() -> Any:

@@ -4,14 +4,12 @@
 from __future__ import annotations
 
 import re
-import struct
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from datetime import datetime, tzinfo
 from pathlib import Path
-from xml.etree.ElementTree import ParseError
 
-from ..error import AngenError, InputError, explained
+from ..error import InputError, explained
 from ..log import HEADER, Event
 from . import FORMATS, Format
 from .log import DEFAULT_START, Log, LoggedActivity, SensorFacts, count_left_out, since
@@ -19,6 +17,8 @@ from .source import ParsedLog, events_of, make_log, read_log_events, sort_rows
 from .units import Units
 
 HEAD = 4096
+# The format casas covers casas-csv too.
+READ = {name: format for name, format in FORMATS.items() if format.begins}
 
 
 @dataclass(frozen=True)
@@ -107,8 +107,8 @@ def read_log(
         raise InputError(f"{path} is empty: no sensor changed, or it was not written")
     if found is None:
         raise InputError(
-            f"{path}: its format is not recognised from line 1; the formats are "
-            f"{', '.join(FORMATS)}; an event log begins with {','.join(HEADER)}"
+            f"{path}: its format is not recognised from line 1; those that are read are "
+            f"{', '.join(READ)}; an event log begins with {','.join(HEADER)}"
         )
     if found.read is not None:
         return _loaded(path, found.name, found.read, start, zone, sort, units)
@@ -141,13 +141,8 @@ def _loaded(
         left_out = 0 if read.in_utc else count_left_out([c.time for c in read.changes], zone)
     except KeyError as error:
         raise InputError(f"{path} cannot be read as {name}: it has no {error}") from None
-    except (ValueError, IndexError, TypeError, OverflowError, struct.error, ParseError) as error:
+    except (ValueError, IndexError, TypeError, OverflowError) as error:
         raise InputError(f"{path} cannot be read as {name}: {error}") from None
-    except InputError:
-        raise
-    except AngenError as error:
-        # The library that reads this format is missing.
-        raise InputError(f"{path}: {error}") from None
     notes = tuple(f"{path}: {text}" for text in read.notes)
     if not events and name != "events":
         raise InputError("; ".join([f"{path} has no sensor of a known kind", *read.notes]))
@@ -179,9 +174,9 @@ def _format_of(path: Path) -> Format | None:
     """
     if path.is_dir():
         names = "\n".join(sorted(one.name for one in path.iterdir())).encode("utf-8", "replace")
-        folders = (f for f in FORMATS.values() if f.is_folder)
+        folders = (f for f in READ.values() if f.is_folder)
         return next((f for f in folders if re.search(f.begins, names)), FORMATS["events"])
     with open(path, "rb") as file:
         head = file.read(HEAD).removeprefix(b"\xef\xbb\xbf")
-    files = (f for f in FORMATS.values() if not f.is_folder)
+    files = (f for f in READ.values() if not f.is_folder)
     return next((f for f in files if re.match(f.begins, head)), None)

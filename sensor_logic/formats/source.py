@@ -77,14 +77,6 @@ class ParsedLog:
         self.notes.append(note)
 
 
-def since_epoch(microseconds: int) -> datetime:
-    """Convert microseconds since 1970 to date and time in UTC, without a zone.
-
-    For a log without a zone, writers store times as if they were UTC.
-    """
-    return EPOCH + timedelta(microseconds=microseconds)
-
-
 def field_of(quantity: str) -> tuple[str, str]:
     """Return the first kind that has a boolean field of a quantity, and the field's name.
 
@@ -307,7 +299,7 @@ def _dated_changes(path: Path, rows: Iterable[list[str]]) -> Iterator[Event[date
 
 
 @dataclass(frozen=True)
-class HomeFile:
+class DescribedHome:
     """The content of a `home.toml`, which describes the home of a log.
 
     Attributes
@@ -340,7 +332,7 @@ def format_labels(name: str, labels: Mapping[str, Mapping[str, str]]) -> dict[st
     return {**labels.get(name.partition("-")[0], {}), **labels.get(name, {})}
 
 
-def read_home(path: Path) -> HomeFile:
+def read_home(path: Path) -> DescribedHome:
     """Read a `home.toml`, or the list of sensors that `angen list --json` printed.
 
     Raise InputError or OSError.
@@ -365,16 +357,16 @@ def read_home(path: Path) -> HomeFile:
         start = parse_start(str(start))
     days = home.get("days")
     count = days if isinstance(days, int) and days > 0 else 0
-    return HomeFile(sensors, start, _about(home), count, _labels(home.get("labels")))
+    return DescribedHome(sensors, start, _about(home), count, _labels(home.get("labels")))
 
 
-def home_beside(events: Path) -> HomeFile:
+def home_beside(events: Path) -> DescribedHome:
     """Return the content of the `home.toml` in the folder `events`, which has simulated days.
 
-    Return an empty `HomeFile` if there is no such file. Raise InputError or OSError.
+    Return an empty `DescribedHome` if there is no such file. Raise InputError or OSError.
     """
     path = events / "home.toml"
-    return read_home(path) if path.is_file() else HomeFile()
+    return read_home(path) if path.is_file() else DescribedHome()
 
 
 def _labels(found: Any) -> dict[str, dict[str, str]]:

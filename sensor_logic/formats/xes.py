@@ -11,16 +11,11 @@ from __future__ import annotations
 import re
 from collections import defaultdict
 from collections.abc import Iterator
-from datetime import datetime
-from pathlib import Path
-from xml.etree import ElementTree
 from xml.sax.saxutils import quoteattr
 
-from ..log import Event, format_value
+from ..log import format_value
 from .log import Change, FormatFiles, Log, LoggedActivity
-from .source import ParsedLog
 
-BEGINS = rb"\s*<(\?xml|log)\b"
 HEAD = """<?xml version="1.0" encoding="UTF-8"?>
 <log xes.version="1.0" xes.features="nested-attributes" xmlns="http://www.xes-standard.org/">
 \t<extension name="Concept" prefix="concept" uri="http://www.xes-standard.org/concept.xesext"/>
@@ -112,24 +107,3 @@ def _attribute(depth: int, kind: str, key: str, value: str) -> str:
     legal = re.sub(r"[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]", "\ufffd", value)
     escaped = {"\t": "&#9;", "\n": "&#10;", "\r": "&#13;"}
     return "\t" * depth + f"<{kind} key={quoteattr(key)} value={quoteattr(legal, escaped)}/>\n"
-
-
-def read(path: Path) -> ParsedLog:
-    """Read the changes of sensors' fields from an XES file, without its activities."""
-    found = ParsedLog([])
-    for _, element in ElementTree.iterparse(path):
-        if element.tag.rpartition("}")[2] != "event":
-            continue
-        values = {one.get("key"): one.get("value", "") for one in element}
-        element.clear()
-        if "angen:kind" in values:
-            sensor, kind = values["org:resource"], values["angen:kind"]
-            field = values["concept:name"].removeprefix(f"{sensor} ").split(" ")[0]
-            text = values.get(f"angen:{field}", "")
-            value = {"true": True, "false": False}.get(text, text)
-            time = datetime.fromisoformat(values["time:timestamp"])
-            found.changes.append(Event(time, sensor, field, 0.0, kind, value))
-            found.rooms[sensor] = values.get("angen:room", "")
-        else:
-            found.has_activities = True
-    return found

@@ -12,15 +12,17 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..evidence import rows_text
 from ..geometry.pixels import all_cells, pixel_directions
 from ..kind import RAYS, REFLECTANCE, Field, Kind, Preset, parts_with
-from ..model import Array, Model, PerPose, Pose, Reading, Update
+from ..model import Array, Index, Model, PerPose, Pose, Reading, Update
 from ..parameters import Choice, Parameters, parameter
 from ..wording import METRES, Advice, Lengths
 
@@ -205,6 +207,8 @@ class DistanceSensor(Model):
         self._near = False
         self._rays = PerPose(zone_rays)
         self._device: Array | None = None
+        # The solids hit at the last update, the nearest zone, and the objects in it as a text.
+        self._hits: tuple[Index | None, int, str] = None, -1, ""
 
     def update(self, parameters: DistanceParameters, update: Update) -> Reading:
         """Return the nearest distance, whether a target is near, and the distance of each zone."""
@@ -230,7 +234,17 @@ class DistanceSensor(Model):
         self._near = len(seen) > 0 and nearest < parameters.threshold + over
         zones_m = ";".join(f"{z:.4g}" if math.isfinite(z) else "" for z in zones.tolist())
         fields = {"distance_m": nearest, "near": self._near, "zones_m": zones_m}
-        return Reading(self._near, nearest, fields)
+        # Of zones that are equally near, but for rounding errors, the first.
+        zone = int(np.argmin(np.round(zones, 12))) if len(seen) else -1
+        solids = update.solids_hit(RAYS, 0, *rays)
+        if zone < 0 or solids is None:
+            self._hits = None, zone, ""
+        elif self._hits[0] is not solids or self._hits[1] != zone:
+            met = solids.reshape(shape)[zone].tolist()
+            names = Counter(name for number in met if (name := update.name_of(number)))
+            self._hits = solids, zone, rows_text(names.most_common())
+        evidence = {"zone": zone, "hits": self._hits[2]}
+        return Reading(self._near, nearest, fields, evidence)
 
 
 def zone_rays(parameters: DistanceParameters, pose: Pose) -> tuple[Array, Array, Array]:
@@ -474,6 +488,10 @@ KIND = Kind(
             tip="Distance of each zone in m, row by row from the upper left one, with semicolons. "
             "A zone without a target is empty",
         ),
+    ),
+    evidence=(
+        Field("zone", int, tip="Number of the nearest zone, row by row from the upper left one"),
+        Field("hits", str, tip="Objects that its rays hit, with their numbers of rays"),
     ),
     model=DistanceSensor,
     needs={RAYS: (), REFLECTANCE: (("target", "MATERIAL"),)},

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from .. import physics
+from ..evidence import rows_text
 from ..kind import LIGHT, Field, Kind, Preset
 from ..model import LightSample, Model, Reading, Update
 from ..parameters import READING, Choice, FormerChoice, Parameters, parameter
@@ -336,7 +337,9 @@ class LightSensor(Model):
                 compared = value
         self._time = update.time
         fields["lit"] = self._compare(parameters, compared)
-        return Reading(fields["lit"], value, fields)
+        shares = ((share.names, share.source, share.light) for share in sample.shares or ())
+        evidence = {"shares": rows_text(shares), "note": sample.note}
+        return Reading(fields["lit"], value, fields, evidence)
 
     @staticmethod
     def _noisy(light: float | None, parameters: LightParameters, update: Update) -> float:
@@ -561,6 +564,14 @@ KIND = Kind(
         Field("resistance_ohm", float, "Ω", tip="Resistance of the photoresistor"),
         Field("voltage_v", float, "V", 2, tip="Voltage of the divider"),
         Field("lit", bool),
+    ),
+    evidence=(
+        Field(
+            "shares",
+            str,
+            tip="Sources with the names of their lamps, and their light in the unit of the reading",
+        ),
+        Field("note", str, tip="A remark on the measured light"),
     ),
     model=LightSensor,
     needs={LIGHT: ()},

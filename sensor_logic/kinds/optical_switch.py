@@ -11,10 +11,12 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
+from ..evidence import names_hit
 from ..geometry.sweep import RayCrossings, no_crossings
 from ..geometry.trees import Index
 from ..kind import CROSSINGS, RAYS, Field, Kind, Preset
@@ -205,10 +207,21 @@ def beam(parameters: OpticalSwitchParameters, pose: Pose) -> tuple[Array, Array,
 
 @dataclass(frozen=True)
 class BeamStep:
-    """The beam at one step: `ranges` (k,) in m, and `crossings` by solids since the step before."""
+    """The beam at one step.
+
+    Attributes
+    ----------
+    ranges
+        The range (k,) of each ray, in m.
+    crossings
+        What crossed the rays since the step before.
+    solids
+        The numbers (k,) of the solids that the rays hit, 0 for none; None if they are unknown.
+    """
 
     ranges: Array
     crossings: RayCrossings
+    solids: Index | None = None
 
 
 @dataclass(frozen=True)
@@ -234,16 +247,9 @@ class SlottedSwitch(Model):
     """Model of one slotted optical switch.
 
     Its state is the output of its comparator, and the steps since the last update.
-
-    Attributes
-    ----------
-    latched_break
-        The interruption between two updates that closed the last reading. None if the last reading
-        is open, or would be closed without that interruption.
     """
 
     def __init__(self) -> None:
-        self.latched_break: LatchedBreak | None = None
         self._open: bool | None = None
         self._steps: list[BeamStep] = []
         self._rays = PerPose(beam)
@@ -264,19 +270,23 @@ class SlottedSwitch(Model):
 
     def _sense_plain(self, parameters: OpticalSwitchParameters, updates: Updates) -> Readings:
         """Return the readings of a switch that has no noise and is not swept."""
-        self.latched_break = None
         rays = self._rays(parameters, updates.pose)
         answers = updates.ask(RAYS, 0, *rays, which=np.flatnonzero(updates.due))
         ranges = np.asarray(answers.table)
-        ranges = np.where(ranges >= rays[2], parameters.range_max, ranges + parameters.range_min)
+        hit = ranges < rays[2]
+        ranges = np.where(hit, ranges + parameters.range_min, parameters.range_max)
         ranges = np.clip(ranges, parameters.range_min, parameters.range_max)
         light = (ranges >= parameters.threshold).mean(axis=1)[answers.rows]
         is_open = np.empty(len(light), bool)
         changes = np.append(True, light[1:] != light[:-1])
         for i in np.flatnonzero(changes).tolist():
             self._open = is_open[i:] = self._compare(parameters, float(light[i]))
-        nearest = ranges.min(axis=1)[answers.rows]
-        return Readings(is_open, nearest, {"open": is_open, "range_m": nearest})
+        ray, every = ranges.argmin(axis=1), np.arange(len(ranges))
+        nearest = ranges[every, ray][answers.rows]
+        names = names_hit(answers, ray, hit[every, ray], updates.name_of)
+        evidence = {"object": names, "light": light, "steps_ago": None}
+        fields = {"open": is_open, "range_m": nearest}
+        return Readings(is_open, nearest, fields, evidence=evidence)
 
     def _read(self, parameters: OpticalSwitchParameters, update: Update) -> Reading:
         now = self._step(parameters, update)
@@ -298,12 +308,17 @@ class SlottedSwitch(Model):
             for light in lights:
                 was_open, self._open = self._open, self._compare(parameters, light)
                 closed_meanwhile |= bool(was_open) and not self._open
-        is_open, nearest = bool(self._open), float(noisy[-1][0].min())
-        self.latched_break = None
+        ranges = noisy[-1][0]
+        ray = int(np.argmin(ranges))
+        is_open, nearest, ago = bool(self._open), float(ranges[ray]), math.nan
+        hit = now.solids is not None and now.ranges[ray] < parameters.range_max
+        solid = int(now.solids[ray]) if now.solids is not None and hit else 0
         if is_open and closed_meanwhile:
-            self.latched_break = _nearest_break(steps, noisy)
-            is_open, nearest = False, self.latched_break.range
-        return Reading(is_open, nearest, {"open": is_open, "range_m": nearest})
+            latched = _nearest_break(steps, noisy)
+            is_open, nearest, ago, solid = False, latched.range, latched.steps, latched.solid
+        light = float(np.mean(ranges >= parameters.threshold))
+        evidence = {"object": update.name_of(solid), "light": light, "steps_ago": ago}
+        return Reading(is_open, nearest, {"open": is_open, "range_m": nearest}, evidence)
 
     def _compare(self, parameters: OpticalSwitchParameters, light: float) -> bool:
         """Return whether the comparator's output is open at `light` (1: full light)."""
@@ -324,7 +339,7 @@ class SlottedSwitch(Model):
             # Earlier steps do not belong to this interval, or the switch is no longer swept.
             self._steps.clear()
             crossings = no_crossings()
-        return BeamStep(ranges, crossings)
+        return BeamStep(ranges, crossings, update.solids_hit(RAYS, 0, *rays))
 
 
 def _with_noise(
@@ -441,6 +456,11 @@ KIND = Kind(
             3,
             tip="How far the beam reaches; the range max if nothing breaks it",
         ),
+    ),
+    evidence=(
+        Field("object", str, tip="The object that the nearest ray hits, or that crossed the beam"),
+        Field("light", float, tip="Share of the light that passes at the update"),
+        Field("steps_ago", float, tip="Steps from the crossing to the update, if one closed it"),
     ),
     model=SlottedSwitch,
     needs={RAYS: (), CROSSINGS: (("swept", True),)},

@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 
 from .. import physics
+from ..evidence import rows_text
 from ..kind import FORCES, Field, Kind, Preset
 from ..model import Model, PadContact, Pose, Reading, Update
 from ..parameters import Choice, Parameters, parameter
@@ -412,6 +413,8 @@ class ForceResistor:
 
 # A partner is listed if its share of the force is larger than this.
 LEAST_SHARE = 1e-3
+# N. Evidence leaves out objects that press with less.
+LEAST_FORCE = 5e-3
 # In N. A smaller force on the back of a pad raises no warning.
 LEAST_BACKING = 0.1
 
@@ -421,7 +424,7 @@ class PressurePad(Model):
 
     def __init__(self) -> None:
         self._resistor: ForceResistor | None = None
-        self._last_reading = PadReading(0.0, "", (math.nan, math.nan))
+        self._last_reading = UNKNOWN
         # The arguments of `pad_reading` that gave `_last_reading`, compared by identity: the
         # reading of a pad at rest is not computed again.
         self._arguments: tuple[Any, ...] = (None, None, None)
@@ -470,7 +473,9 @@ class PressurePad(Model):
             "cop_y_m": self._last_reading.centre[1],
             "problem": problem,
         }
-        return Reading(pressed, force, fields)
+        last = self._last_reading if contact.forces.usable else UNKNOWN
+        evidence = {"shares": last.shares, "own_weight_n": last.own_weight}
+        return Reading(pressed, force, fields, evidence)
 
 
 @dataclass(frozen=True)
@@ -490,6 +495,11 @@ class PadReading:
         The contact area in m² of what presses; 0 if it is unknown.
     on_its_back
         Whether only the −Z side of the pad is pressed, by more than the pad's own weight.
+    shares
+        A row for each object that presses the pad, with its name and its force in N, the greatest
+        first, as a text (`rows_of`). Objects with less than `LEAST_FORCE` are left out.
+    own_weight
+        The part of the force in N that is the pad's own weight.
     """
 
     force: float
@@ -497,6 +507,12 @@ class PadReading:
     centre: tuple[float, float]
     area: float = 0.0
     on_its_back: bool = False
+    shares: str = ""
+    own_weight: float = 0.0
+
+
+# The reading before the first usable forces.
+UNKNOWN = PadReading(0.0, "", (math.nan, math.nan))
 
 
 def pad_reading(parameters: PressureParameters, pose: Pose, contact: PadContact) -> PadReading:
@@ -508,6 +524,7 @@ def pad_reading(parameters: PressureParameters, pose: Pose, contact: PadContact)
     pressing = area = 0.0
     holding = backing = 0.0
     names: dict[str, float] = {}
+    forces: dict[str, float] = {}
     moment = np.zeros(3)
     for partner in contact.forces.partners:
         if contact.chosen is not None and not partner.objects & contact.chosen:
@@ -520,6 +537,9 @@ def pad_reading(parameters: PressureParameters, pose: Pose, contact: PadContact)
         moment += from_above @ (partner.places - pose.origin)
         held = float(np.maximum(-along, 0.0).sum())
         backing += held
+        alone = share if share > 0.0 or contact.chosen is None else held
+        if alone > LEAST_FORCE:
+            forces[partner.name] = forces.get(partner.name, 0.0) + alone
         if contact.chosen is not None:
             holding += held
             share += held
@@ -539,7 +559,9 @@ def pad_reading(parameters: PressureParameters, pose: Pose, contact: PadContact)
         centre = (float(local[0]), float(local[1]))
     weight = float(np.linalg.norm(contact.weight))
     on_its_back = force <= 0.0 and backing > LEAST_BACKING + 1.05 * weight
-    return PadReading(force, partners, centre, area, on_its_back)
+    shares = rows_text(sorted(forces.items(), key=lambda item: (-item[1], item[0])))
+    own = 0.0 if parameters.subtract_own_weight else own_weight
+    return PadReading(force, partners, centre, area, on_its_back, shares, own)
 
 
 # Presets of commercial force-sensing resistors, each with its load resistor.
@@ -706,6 +728,10 @@ KIND = Kind(
         Field("cop_x_m", float, "m", 3, tip="Centre of pressure along the pad's X axis"),
         Field("cop_y_m", float, "m", 3, tip="Centre of pressure along the pad's Y axis"),
         Field("problem", str, tip="Why the reading is not valid; empty if it is"),
+    ),
+    evidence=(
+        Field("shares", str, tip="Objects that press on the pad, with their forces in N"),
+        Field("own_weight_n", float, "N", tip="The pad's own weight in the force"),
     ),
     model=PressurePad,
     needs={FORCES: ()},

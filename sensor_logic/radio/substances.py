@@ -30,7 +30,7 @@ OPAQUE = 300.0
 
 
 @dataclass(frozen=True)
-class PowerLaw:
+class BuildingMaterial:
     """A building material of ITU-R P.2040-3, table 3: ε′ = a·f^b, σ = c·f^d, f in GHz.
 
     `highest` is the highest frequency in GHz of the measurements. Above it, the values are
@@ -70,20 +70,20 @@ class ColeCole:
         return found
 
 
-SUBSTANCES: Mapping[str, PowerLaw | ColeCole] = {
-    "CONCRETE": PowerLaw(5.24, 0.0, 0.0462, 0.7822),
-    "BRICK": PowerLaw(3.91, 0.0, 0.0238, 0.16, 40.0),
-    "PLASTERBOARD": PowerLaw(2.73, 0.0, 0.0085, 0.9395),
-    "WOOD": PowerLaw(1.99, 0.0, 0.0047, 1.0718),
-    "GLASS": PowerLaw(6.31, 0.0, 0.0036, 1.3394),
-    "CHIPBOARD": PowerLaw(2.58, 0.0, 0.0217, 0.78),
-    "PLYWOOD": PowerLaw(2.71, 0.0, 0.33, 0.0, 40.0),
-    "METAL": PowerLaw(1.0, 0.0, 1e7, 0.0),
+SUBSTANCES: Mapping[str, BuildingMaterial | ColeCole] = {
+    "CONCRETE": BuildingMaterial(5.24, 0.0, 0.0462, 0.7822),
+    "BRICK": BuildingMaterial(3.91, 0.0, 0.0238, 0.16, 40.0),
+    "PLASTERBOARD": BuildingMaterial(2.73, 0.0, 0.0085, 0.9395),
+    "WOOD": BuildingMaterial(1.99, 0.0, 0.0047, 1.0718),
+    "GLASS": BuildingMaterial(6.31, 0.0, 0.0036, 1.3394),
+    "CHIPBOARD": BuildingMaterial(2.58, 0.0, 0.0217, 0.78),
+    "PLYWOOD": BuildingMaterial(2.71, 0.0, 0.33, 0.0, 40.0),
+    "METAL": BuildingMaterial(1.0, 0.0, 1e7, 0.0),
     # Dry skin. The waves enter it by less than a millimetre, so that what is below has no effect.
     "BODY": ColeCole(4.0, ((32.0, 7.234e-12, 0.0), (1100.0, 32.481e-9, 0.2)), 0.0002),
     # Cotton, dense as cloth. Its loss tangent of 0.04 is assumed: a cloth of 1 mm then loses 1.5 dB
     # at 300 GHz.
-    "TEXTILE": PowerLaw(1.63, 0.0, 0.0036, 1.0),
+    "TEXTILE": BuildingMaterial(1.63, 0.0, 0.0036, 1.0),
 }
 
 

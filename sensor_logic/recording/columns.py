@@ -9,6 +9,7 @@ numpy.
 
 from __future__ import annotations
 
+import math
 from array import array
 from bisect import bisect_right
 from collections.abc import Iterable, Iterator, Sequence
@@ -111,11 +112,29 @@ class Column(Sequence[Any]):
             values = np.fromiter(map(self._number, values), np.uint32)
         elif not isinstance(values, (np.ndarray, array, Column)):
             values = list(values)
-        numbers = np.asarray(values, np.dtype(self._code))
+        self.extend_numbers(np.asarray(values, np.dtype(self._code)))
+
+    def extend_numbers(self, numbers: Values) -> None:
+        """Append numbers (n,) of the column's own type; those of texts are from `as_numbers`."""
         for start in range(0, len(numbers), CHUNK):
             self._rest.frombytes(numbers[start : start + CHUNK].tobytes())
             if len(self._rest) >= CHUNK:
                 self._pack_full()
+
+    def as_numbers(self, values: Any, count: int) -> Values:
+        """Return values (count,) of the column's type as numbers; a text as its index into `texts`.
+
+        `values` is an array or list, in which a value that was not measured is None, or None if
+        none was measured.
+        """
+        missing = {str: "", int: -1, bool: False}.get(self.type, math.nan)
+        if values is None:
+            values = [missing] * count if self.type is str else np.full(count, missing)
+        elif isinstance(values, list):
+            values = [missing if value is None else value for value in values]
+        if self.type is str:
+            return np.fromiter(map(self._number, values), np.uint32, count)
+        return np.asarray(values, np.dtype(self._code))
 
     def _number(self, text: str) -> int:
         number = self._numbers_of.setdefault(text, len(self.texts))

@@ -12,6 +12,8 @@ from __future__ import annotations
 import json
 import math
 import zlib
+from collections.abc import Iterator
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -19,9 +21,11 @@ from numpy.typing import NDArray
 
 from ..clock import Clock
 from ..error import AngenError, replaced
+from ..kind import Kind
 from ..kinds import KINDS
+from ..parameters import defaults
 from .columns import CODES, Column
-from .tracks import Recording, Track
+from .tracks import PARAMETERS, Recording, Track
 
 # The bytes to read are untrusted. The reader unpacks no more than the header's counts and `VALUES`
 # allow, and checks the type of each value.
@@ -33,6 +37,8 @@ HEADER_BYTES = 32 * MIB
 VALUES = 2**27
 BYTES = 256 * MIB
 MOST_SUBSTEPS = 10_000
+# Of a sensor whose animation gives it more different parameters, a file has no evidence.
+MOST_PARAMETERS = 4096
 LARGEST_FRAME = 2**31
 # The exceptions that invalid values can raise.
 WRONG = (
@@ -64,7 +70,8 @@ def read(body: bytes, values: int) -> tuple[Recording, dict[str, Any]]:
         kind = KINDS.get(facts["kind"])
         if kind is None or [f.name for f in kind.samples] != facts["fields"]:
             raise AngenError("it was written by another version of the extension")
-        values -= _whole(facts["count"], 0) * (4 + len(kind.samples))
+        rows = facts["evidence"]["rows"] if "evidence" in facts else 0
+        values -= _values_of(kind, _whole(facts["count"], 0), _whole(rows, 0))
         if values < 0:
             raise AngenError(TOO_MANY)
         track = _read_track(facts, clock, reader)
@@ -77,7 +84,18 @@ def read(body: bytes, values: int) -> tuple[Recording, dict[str, Any]]:
 
 def size_of(recording: Recording) -> int:
     """Return the number of values in a recording, in all columns together."""
-    return sum(len(track) * (4 + len(track.columns)) for track in recording.tracks.values())
+    return sum(_values_of(t.kind, len(t), _rows_of(t)) for t in recording.tracks.values())
+
+
+def _rows_of(track: Track) -> int:
+    """Return how many rows of evidence a file has of a track."""
+    is_told = track.has_evidence and len(track.parameters) <= MOST_PARAMETERS
+    return len(track.evidence.starts) if is_told else 0
+
+
+def _values_of(kind: Kind, count: int, rows: int) -> int:
+    """Return the number of values of a track with `count` readings and `rows` of evidence."""
+    return count * (4 + len(kind.samples)) + rows * (2 + len(kind.evidence))
 
 
 def frames_and_times(
@@ -153,12 +171,46 @@ def _read_track(header: dict[str, Any], clock: Clock | None, reader: _Reader) ->
             if twin.type is not column.type:
                 raise TypeError
             column.extend(twin)
-        elif column.type is str:
-            column.extend(_read_texts(facts, count, reader))
         else:
-            column.extend(_read_values(facts, CODES[column.type], count, reader))
+            _read_column(column, facts, count, reader)
         known["=" + name] = column
+    if "evidence" in header:
+        # A recording of before version 2 has no evidence.
+        _read_evidence(track, header["evidence"], reader)
     return track
+
+
+def _read_evidence(track: Track, header: dict[str, Any], reader: _Reader) -> None:
+    """Read the evidence of all updates of a track."""
+    rows, evidence = header["rows"], track.evidence
+    for column, facts in zip(evidence.all_columns(), header["columns"], strict=True):
+        _read_column(column, facts, rows, reader)
+    known = _read_parameters(track.kind, header["parameters"])
+    track.parameters = {one: number for number, one in enumerate(known)}
+    evidence.updates = len(track)
+    starts, numbers = evidence.starts.numbers(), evidence.columns[PARAMETERS].numbers()
+    if len(track) and (starts[0] != 0 or (np.diff(starts) <= 0).any() or starts[-1] >= len(track)):
+        raise ValueError
+    if not ((numbers >= 0) & (numbers < len(track.parameters))).all():
+        raise IndexError
+
+
+def _read_column(column: Column, facts: dict[str, Any], count: int, reader: _Reader) -> None:
+    """Read the values (count,) of a column, of which the file's header has the `facts`."""
+    if column.type is str:
+        column.extend(_read_texts(facts, count, reader))
+    else:
+        column.extend(_read_values(facts, CODES[column.type], count, reader))
+
+
+def _read_parameters(kind: Kind, entries: Any) -> Iterator[Any]:
+    """Yield the parameters in the header; names that this version does not know are left out."""
+    usual = defaults(kind.parameters)
+    for entry in _typed(list, entries):
+        values = {name: value for name, value in _typed(dict, entry).items() if name in usual}
+        if not all(isinstance(v, (bool, int, float, str, type(None))) for v in values.values()):
+            raise TypeError
+        yield kind.parameters(**values)
 
 
 def _read_texts(facts: dict[str, Any], count: int, reader: _Reader) -> list[str]:
@@ -188,7 +240,7 @@ def _read_values(facts: dict[str, Any], code: str, count: int, reader: _Reader) 
 
 
 TITLE = b"Recording of Angen Sensors"
-VERSION = 1
+VERSION = 2
 # The level of zlib: higher levels take many times as long and save little.
 LEVEL = 3
 
@@ -269,11 +321,12 @@ def _track_header(track: Track, clock: Clock | None, out: _Writer) -> dict[str, 
     else:
         columns += [_column(track.frames, out), _column(track.times, out)]
     known: dict[str, Any] = {}
-    for name, column in (*track.columns.items(), ("active", track.active), ("value", track.value)):
+    parts = {**track.columns, "active": track.active, "value": track.value}
+    for name, column in parts.items():
         twin = next((n for n, other in known.items() if _same(column, other)), None)
         columns.append({"as": twin, "size": 0} if twin is not None else _column(column, out))
         known.setdefault("=" + name, column)
-    return {
+    found = {
         "sensor": track.sensor,
         "kind": track.kind_name,
         "count": len(track),
@@ -282,6 +335,13 @@ def _track_header(track: Track, clock: Clock | None, out: _Writer) -> dict[str, 
         "fields": list(track.columns),
         "columns": columns,
     }
+    if rows := _rows_of(track):
+        found["evidence"] = {
+            "parameters": [asdict(one) for one in track.parameters],
+            "rows": rows,
+            "columns": [_column(column, out) for column in track.evidence.all_columns()],
+        }
+    return found
 
 
 def _steps(track: Track, clock: Clock | None) -> NDArray[np.int64] | None:
@@ -306,7 +366,8 @@ def _column(column: Column, out: _Writer) -> dict[str, Any]:
     values = column.numbers()
     if column.type is str:
         texts = sorted(column.texts)
-        order = np.array([texts.index(text) for text in column.texts], np.uint32)
+        places = {text: i for i, text in enumerate(texts)}
+        order = np.array([places[text] for text in column.texts], np.uint32)
         return {"as": "texts", "texts": texts, "size": out.add(order[values].tobytes())}
     code = CODES[column.type]
     if code == "b":

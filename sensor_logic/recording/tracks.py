@@ -19,6 +19,10 @@ from ..kinds import KINDS
 from ..model import Reading
 from ..physics import TIME_TOLERANCE_S
 from .columns import Column, EvenSpacing
+from .rows import Rows
+
+# The column of evidence with the index of an update's parameters.
+PARAMETERS = "parameters"
 
 
 @dataclass(eq=False)
@@ -40,6 +44,11 @@ class Track:
         The time (s) before which the sensor warms up, so that its readings are not valid.
     columns
         The values of each field by name; NaN for values that were not measured.
+    evidence
+        The values of each field of the kind's `evidence` by name, and in PARAMETERS the index in
+        `parameters`. No rows in a recording of an earlier version, which had none.
+    parameters
+        The different parameters that the sensor has had, each with its index.
     """
 
     sensor: str
@@ -57,40 +66,57 @@ class Track:
         self.frames, self.times = Column(float, grid=frames), Column(float, grid=times)
         self.active, self.value = Column(bool), Column(float)
         self.columns = {f.name: Column(f.type) for f in self.kind.samples}
+        types = {f.name: f.type for f in self.kind.evidence}
+        self.evidence = Rows({**types, PARAMETERS: int})
+        self.parameters: dict[Any, int] = {}
 
     @property
     def kind(self) -> Kind:
         """The kind of the sensor."""
         return KINDS[self.kind_name]
 
+    @property
+    def has_evidence(self) -> bool:
+        """Whether the recording tells why the sensor read what it did."""
+        return self.evidence.updates == len(self)
+
+    def parameters_at(self, index: int) -> Any:
+        """Return the parameters that the sensor had at an update."""
+        return list(self.parameters)[self.evidence.value(PARAMETERS, index)]
+
     def append(self, frame: float, time: float, reading: Reading) -> None:
-        """Append one reading."""
+        """Append one reading, without its evidence."""
         self.frames.append(frame)
         self.times.append(time)
         self.active.append(reading.active)
         self.value.append(reading.value)
         for name, column in self.columns.items():
-            value = reading.fields[name]
-            column.append(_missing(column) if value is None else value)
+            column.extend_numbers(column.as_numbers([reading.fields[name]], 1))
 
-    def extend(self, frames: Iterable[float], times: Iterable[float], readings: Any) -> None:
-        """Append n readings.
+    def extend(
+        self,
+        frames: Iterable[float],
+        times: Iterable[float],
+        readings: Any,
+        parameters: Any = None,
+    ) -> None:
+        """Append n readings, and their evidence unless `parameters` is None.
 
-        `readings` has `active` (n,), `value` (n,) and `fields`. The latter has a list or array (n,)
-        for each field, or None for a field that no reading measured.
+        `readings` has `active` (n,), `value` (n,), `fields` and `evidence`. The latter two have a
+        list or array (n,) for each field, or None for a field that no reading measured.
+        `parameters` are those with which the readings were made.
         """
         self.frames.extend(frames)
         self.times.extend(times)
         self.active.extend(readings.active)
         self.value.extend(readings.value)
+        count = len(readings.active)
         for name, column in self.columns.items():
-            values = readings.fields[name]
-            if values is None:
-                values = np.full(len(self.active) - len(column), _missing(column))
-            elif isinstance(values, list):
-                missing = _missing(column)
-                values = [missing if value is None else value for value in values]
-            column.extend(values)
+            column.extend_numbers(column.as_numbers(readings.fields[name], count))
+        if parameters is not None:
+            number = self.parameters.setdefault(parameters, len(self.parameters))
+            which = {PARAMETERS: np.full(count, number)}
+            self.evidence.extend({**readings.evidence, **which}, count)
 
     def invalid(self) -> NDArray[np.bool_]:
         """Return the mask (n,) of the updates whose reading is not valid."""
@@ -113,15 +139,17 @@ class Track:
     def nbytes(self) -> int:
         """The memory of the readings in bytes."""
         columns = [self.frames, self.times, self.active, self.value, *self.columns.values()]
+        columns += self.evidence.all_columns()
         return sum(column.nbytes for column in columns)
 
     def __eq__(self, other: object) -> bool:
-        """Return whether all readings are equal to the bit; a NaN equals the same NaN."""
+        """Return whether all readings and their evidence are equal to the bit, NaN included."""
         return isinstance(other, Track) and self._content() == other._content()
 
     def _content(self) -> list[Any]:
         columns = [self.frames, self.times, self.active, self.value, *self.columns.values()]
-        return [self.sensor, self.kind_name, self.uid, self.steps, list(self.columns), *columns]
+        names, told = list(self.columns), [self.evidence, list(self.parameters)]
+        return [self.sensor, self.kind_name, self.uid, self.steps, names, *columns, *told]
 
     def reading_at(self, index: int) -> Field:
         """Return the main field at an update: the first numeric field that was measured.
@@ -137,11 +165,6 @@ class Track:
         """Return the index of the last update at or before `frame`; None if there is none."""
         index = self.frames.until(frame) - 1
         return index if index >= 0 else None
-
-
-def _missing(column: Column) -> Any:
-    """Return the value of a column at updates at which a field was not measured."""
-    return "" if column.type is str else math.nan
 
 
 @dataclass

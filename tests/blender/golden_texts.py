@@ -194,7 +194,7 @@ def _tables(morning: Morning, bench: Bench) -> dict[str, str]:
     run = part("residents.blender.run")
     sensors = [sensor for sensor in all_sensors() if sensor.kind.identifier != "LIGHT"]
     plan = run.Plan.read(SAMPLES / morning.routine)
-    household = run.Household(bpy.context.scene, sensors, plan, MONDAY, 1)
+    household = run.HouseholdDays(bpy.context.scene, sensors, plan, MONDAY, 1)
     with household.keyed() as keys:
         lived = household.run(0, keys, (morning.first, morning.last))
         while True:
@@ -203,7 +203,7 @@ def _tables(morning: Morning, bench: Bench) -> dict[str, str]:
             except StopIteration as end:
                 day = end.value
                 break
-    files: dict[str, str] = part("residents.days.rows").DayRows.of([day]).files()
+    files: dict[str, str] = part("residents.days.rows").DayRows.joined([day]).files()
     return {name: bench.plain(text) for name, text in files.items()}
 
 

@@ -9,6 +9,7 @@ import bpy
 import numpy as np
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.coverage.maps import cover
+from bl_ext.user_default.angen_sensors.angen_addon.progress import finished
 from bl_ext.user_default.angen_sensors.sensor_logic.coverage.motions import MOTIONS
 from panel_layout import drawn
 from tiers import mostly_slow
@@ -40,8 +41,7 @@ def mapped(home: Any) -> Any:
     def make(name: str, size: float = 0.25, **options: Any) -> Any:
         motion = MOTIONS[name]
         sensors = home.sensors()
-        *_, found = cover(home.update(), sensors, sensors, motion, size, **options)
-        return found
+        return finished(cover(home.update(), sensors, sensors, motion, size, **options))
 
     return make
 
@@ -305,6 +305,28 @@ def test_the_panel_names_the_detectors_and_the_colours(world):
     assert set(picture.LEVELS) <= set(texts)
 
 
+def test_only_the_last_map_is_shown(world):
+    scene = world.scene
+    world.hall(3, 2, 2.5)
+    world.pir(update_rate=10.0).location = (0.1, 1.0, 1.5)
+    scene.angen_coverage.cell = 0.5
+
+    def visible():
+        return [o.name for o in scene.objects if o.name.startswith("Coverage") and o.visible_get()]
+
+    for motion in ("ARM", "CAT"):
+        scene.angen_coverage.motion = motion
+        bpy.ops.angen.coverage()
+        assert visible() == [f"Coverage {motion.lower()}"]
+    for motion in ("CAT", "ARM"):
+        # The map of the proposal takes the place of all others, until it is discarded.
+        scene.angen_coverage.motion = motion
+        bpy.ops.angen.place_propose()
+        assert len(visible()) == 1 and visible() != ["Coverage cat"]
+        bpy.ops.angen.place_discard()
+        assert visible() == ["Coverage cat"]
+
+
 def test_a_map_of_another_motion_does_not_make_an_outdated_one_look_fresh(world):
     scene = world.scene
     world.hall(3, 2, 2.5)
@@ -322,5 +344,5 @@ def test_a_map_of_another_motion_does_not_make_an_outdated_one_look_fresh(world)
     scene.angen_coverage.motion = "CAT"
     bpy.ops.angen.coverage()
     world.update()
-    assert looks().pop(arm, "WIRE") == "WIRE"
+    assert looks().pop(arm) == "WIRE"
     assert set(looks().values()) - {"WIRE"} == {"TEXTURED"}

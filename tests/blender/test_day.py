@@ -81,7 +81,7 @@ def test_a_day_reads_what_every_frame_of_it_does(
 def test_each_event_has_the_cause_that_explain_names(
     world: Any, ways: int, short_days: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The hits of the run itself agree with the explanation made later at that frame."""
+    """The cause in the log is the object that Explain names for that frame, of each kind."""
     day_home.build(world)
     monkeypatch.setattr(run, "MOST_MOVEMENT", 1e9)
     day = run_day(world, day_home.acted(3, ways, short_days))
@@ -155,7 +155,7 @@ def test_a_random_stretch_reads_what_every_frame_of_it_does(
     scene = bpy.context.scene
     scene.angen_live = False
     sensors = [s for s in all_sensors(bpy.context.view_layer) if s.kind.identifier in KINDS]
-    household = run.Household(scene, sensors, run.Plan.read(SAMPLES / week), START, seed)
+    household = run.HouseholdDays(scene, sensors, run.Plan.read(SAMPLES / week), START, seed)
     random = np.random.default_rng(seed)
     number = int(random.integers(7))
     spans = household.acted(number).spans(3600.0, 82_800.0)
@@ -210,7 +210,7 @@ def lived(monkeypatch: pytest.MonkeyPatch, empty_scene: Any) -> Callable[..., An
     every = all_sensors(bpy.context.view_layer)
     plan = run.Plan.read(HOME.with_name("week.toml"))
     # The actions of residents do not depend on the sensors.
-    household = run.Household(scene, every, plan, START, 1)
+    household = run.HouseholdDays(scene, every, plan, START, 1)
     acted = household.acted(0)
     # The resistor of a light sensor lags by seconds; here the light itself is compared.
     for module in (run, rows):

@@ -116,7 +116,7 @@ def test_what_was_kept_is_gone_on_with(
     whole = LIVED[2]
     write(home.parent / "parts", FIRST_DAY, whole)
     run, steps = addon_part("residents.blender.run"), []
-    household_run = run.Household.run
+    household_run = run.HouseholdDays.run
 
     def interrupted(self: Any, number: int, keys: Any, **more: Any) -> Any:
         made = household_run(self, number, keys, **more)
@@ -127,7 +127,7 @@ def test_what_was_kept_is_gone_on_with(
             yield step
         raise AssertionError("Ctrl-C was not heard")
 
-    monkeypatch.setattr(run.Household, "run", interrupted)
+    monkeypatch.setattr(run.HouseholdDays, "run", interrupted)
     status, told = day(out="parts")
     assert status == 1 and "1 of 2 days are in" in told and "nothing was written" not in told
     assert len(rows(home.parent / "parts" / "activities.csv")) == 3
@@ -182,7 +182,7 @@ def test_a_script_gets_the_same_days(lived: Callable[..., Path], home: Path) -> 
     routine = home.parent / "week.toml"
     made = list(opened.days(routine, "2026-03-02", seed=1, progress=told.append))
     assert told == sorted(told) and told[-1] == 1.0
-    files = rows_of.DayRows.of(made).files()
+    files = rows_of.DayRows.joined(made).files()
     for name, text in files.items():
         assert (home.parent / "out" / name).read_bytes() == text.encode()
     with pytest.raises(error, match="is not a date"):
@@ -347,7 +347,7 @@ def test_what_a_diary_begins_with_at_midnight_was_begun_before(
         "start,end,person,activity\n"
         "2026-03-02 00:00,2026-03-02 07:00,anna,Sleep\n2026-03-02 07:00,2026-03-02 09:00,anna,Sit\n"
     )
-    household = run.Household(
+    household = run.HouseholdDays(
         bpy.context.scene, [], run.Plan.read(routine, diary), date(2026, 3, 2), 1
     )
     acted = household.acted(0)

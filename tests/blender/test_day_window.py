@@ -761,6 +761,7 @@ def test_a_run_in_the_window_writes_what_the_command_writes(
     assert content(lived_home.parent / "window") == made
 
 
+@pytest.mark.slow
 def test_esc_keeps_whole_days_or_nothing(running: Any, addon_part: Any, lived: Any) -> None:
     enough, folder = addon_part("angen_addon.progress").Enough, Path(running.out)
     before = state_of_home()

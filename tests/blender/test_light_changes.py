@@ -110,7 +110,7 @@ class Watch:
     """Checks for changes at each frame, as a run does, with the extension's handlers."""
 
     def __init__(self):
-        self.changes, self.state = part("changes").LightChanges(), None
+        self.changes, self.state = part("light.changes").LightChanges(), None
 
     def at_frame(self, _scene, depsgraph):
         self.changes.note(depsgraph)
@@ -178,7 +178,7 @@ def test_a_person_that_stands_still_is_no_change(room, watch):
 
 
 def test_what_is_asked_is_part_of_it(room):
-    changes = part("changes").LightChanges()
+    changes = part("light.changes").LightChanges()
     layer, depsgraph = bpy.context.view_layer, room.update()
     one = changes.look(layer, depsgraph, asked="one")
     assert changes.look(layer, depsgraph, asked="one") == one

@@ -19,7 +19,7 @@ from bl_ext.user_default.angen_sensors.angen_addon.explain.explain import explai
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.live import live_of
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.simulation import simulate
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.state import CACHE as cache
-from bl_ext.user_default.angen_sensors.angen_addon.scene.home import EvaluatedHome
+from bl_ext.user_default.angen_sensors.angen_addon.scene.evaluated_home import EvaluatedHome
 from bl_ext.user_default.angen_sensors.angen_addon.view.overlay.picture import DrawnSensors
 from bl_ext.user_default.angen_sensors.sensor_logic.recording.tracks import Recording
 from tiers import mostly_slow

@@ -13,6 +13,7 @@ from bl_ext.user_default.angen_sensors.angen_addon.commands.command_line import 
 from bl_ext.user_default.angen_sensors.angen_addon.coverage import proposal as module
 from bl_ext.user_default.angen_sensors.angen_addon.coverage import shown
 from bl_ext.user_default.angen_sensors.angen_addon.progress import Enough as enough
+from bl_ext.user_default.angen_sensors.angen_addon.progress import finished
 from bl_ext.user_default.angen_sensors.angen_addon.scene.sensors import all_sensors
 from bl_ext.user_default.angen_sensors.sensor_logic.coverage.motions import MOTIONS
 from panel_layout import drawn
@@ -51,7 +52,7 @@ def search(flat: Any) -> Any:
 
 @pytest.fixture
 def proposal(search: Any) -> Any:
-    return lambda *asked, **wish: list(search(*asked, **wish))[-1]
+    return lambda *asked, **wish: finished(search(*asked, **wish))
 
 
 def test_a_map_takes_the_place_of_the_one_before(flat: Any) -> None:
@@ -324,7 +325,17 @@ def test_bad_input_is_told(command: Any, arguments: Any, status: int, told: str)
 
 
 def test_enough_keeps_the_best_so_far_and_its_bound(search: Any) -> None:
-    *stages, whole = search(2)
+    stages: list[Any] = []
+
+    def noted() -> Any:
+        work = search(2)
+        while True:
+            try:
+                stages.append(next(work))
+            except StopIteration as end:
+                return end.value
+
+    whole = noted()
     shares = [stage.share for stage in stages]
     assert shares == sorted(shares) and shares[-1] <= 1.0
     first = next(n for n, s in enumerate(stages) if "computed exactly" in s.text)
@@ -338,7 +349,9 @@ def test_enough_keeps_the_best_so_far_and_its_bound(search: Any) -> None:
     run = search(2)
     for _ in range(first + 1):
         next(run)
-    early = run.throw(enough)
+    with pytest.raises(StopIteration) as ended:
+        run.throw(enough)
+    early = ended.value.value
     assert len(early.chosen) == len(early.names) == 1
     assert early.map.count.astype(bool).sum() == early.choice.covered <= whole.choice.covered
     assert whole.choice.covered <= early.choice.bound <= len(early.map.cells)

@@ -14,7 +14,7 @@ ROOM = (4.0, 3.0)
 
 @pytest.fixture
 def plan(addon_part: Any) -> Any:
-    return addon_part("angen_addon.plan")
+    return addon_part("angen_addon.plan.storeys")
 
 
 @pytest.fixture

@@ -11,7 +11,8 @@ import bpy
 import numpy as np
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon import progress
-from bl_ext.user_default.angen_sensors.angen_addon.commands import home
+from bl_ext.user_default.angen_sensors.angen_addon.commands import console
+from bl_ext.user_default.angen_sensors.angen_addon.commands import open_home as home
 from bl_ext.user_default.angen_sensors.angen_addon.runtime import state
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.simulation import Progress
 from bl_ext.user_default.angen_sensors.angen_addon.view.panel_parts import draw_progress
@@ -34,7 +35,7 @@ class Clock:
 @pytest.fixture
 def parts(monkeypatch):
     """Return the clock, and the modules of a run in the window."""
-    clock = Clock(monkeypatch, long_work, progress, home)
+    clock = Clock(monkeypatch, long_work, progress, home, console)
     return types.SimpleNamespace(clock=clock, progress=home, Progress=Progress)
 
 
@@ -100,7 +101,7 @@ def in_window(parts, steps, redraw):
         for number, seconds in enumerate(steps):
             clock.now += seconds
             yield progress.Doing(number / len(steps), f"frame {number + 1}")
-        yield "done"
+        return "done"
 
     window, began, work = Window(), clock.now, Work(run)
     work.invoke(window, event("NONE"))
@@ -120,7 +121,7 @@ def test_a_window_shows_progress_to_the_end(parts):
             for i in range(4):
                 parts.clock.now += 1.0
                 yield progress.Doing(i / 4, f"part {i}")
-            yield "done"
+            return "done"
         finally:
             closed.append(True)
 
@@ -163,7 +164,7 @@ def test_escape_keeps_what_a_search_has(parts):
             while True:
                 parts.clock.now += 1.0
                 yield progress.Doing(0.5, "looking")
-        yield "best so far"
+        return "best so far"
 
     window, work = Window(), Work(search)
     work.invoke(window, event("NONE"))

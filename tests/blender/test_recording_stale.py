@@ -118,6 +118,18 @@ def test_the_reason_names_an_object_that_joins_the_scene_after_it_was_made(home)
     assert stale() == ""
 
 
+def test_the_reason_names_an_object_that_is_added_again_after_undo(home):
+    bpy.ops.ed.undo_push(message="recorded")
+    for _ in range(2):
+        home.box((1, 1, 1), at=(5, 5, 5), name="new")
+        home.update()
+        assert "'new' (new)" in stale() and SHOWN not in stale()
+        bpy.ops.ed.undo_push(message="add")
+        bpy.ops.ed.undo()
+        bpy.context.scene.frame_set(bpy.context.scene.frame_current)
+        assert stale() == ""
+
+
 @pytest.mark.parametrize("kind", ["box", "sensor"])
 def test_what_is_added_and_deleted_again_leaves_it_fresh(home, kind):
     if kind == "box":
@@ -126,7 +138,7 @@ def test_what_is_added_and_deleted_again_leaves_it_fresh(home, kind):
         ops.sensor_add(kind="PIR")
         added = bpy.context.object
     home.update()
-    assert "(new)" in stale()
+    assert stale() == f"changed since: '{added.name}' (new)", "its mesh came with it"
     bpy.data.objects.remove(added)
     home.update()
     assert stale() == ""

@@ -55,7 +55,7 @@ def events() -> list[tuple[Any, ...]]:
     run, sensors = part("residents.blender.run"), part("angen_addon.scene.sensors")
     found = sensors.all_sensors(bpy.context.view_layer)
     plan = run.Plan.of(ROUTINE, "routine")
-    household = run.Household(bpy.context.scene, found, plan, date(2026, 3, 2), 0)
+    household = run.HouseholdDays(bpy.context.scene, found, plan, date(2026, 3, 2), 0)
     [day] = run.run_days(household, [0], between=(0.0, 150.0))
     notes.extend(household.take_notes())
     return [(e.time, e.sensor, e.field, e.value) for e in day.events]
@@ -292,7 +292,7 @@ def test_what_a_day_cannot_place_is_told(home, way, capsys) -> None:
     assert any(found[0].startswith(text) for found in doctor.CHECKS["residents"](examined))
     run = part("residents.blender.run")
     plan = run.Plan.of(ROUTINE, "routine")
-    household = run.Household(home.scene, [], plan, date(2026, 3, 2), 0)
+    household = run.HouseholdDays(home.scene, [], plan, date(2026, 3, 2), 0)
     assert household.take_notes() == list(checked.unable) and household.take_notes() == []
 
 

@@ -36,7 +36,7 @@ def household():
         for sensor in sensors.all_sensors(bpy.context.view_layer)
         if sensor.kind.identifier == "OPTICAL_SWITCH" or sensor.name == "PIR kitchen"
     ]
-    yield run.Household(bpy.context.scene, told, plan, date(2026, 3, 2), 1)
+    yield run.HouseholdDays(bpy.context.scene, told, plan, date(2026, 3, 2), 1)
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
 
 

@@ -44,7 +44,7 @@ def test_the_study_of_the_panel_is_that_of_the_selected_sensors(home, wanted, ad
     study = studies.read(path)
     assert study.homes == (home.resolve(),) and study.seeds == (1, 2, 3)
     kinds = {"PIR hall": "PIR", "PIR bed": "PIR", "Door": "OPTICAL_SWITCH"}
-    facts = settings.HomeFacts("home.blend", kinds, "")
+    facts = settings.StudiedHome("home.blend", kinds, "")
     settings.check(study, [facts])
     runs = list(studies.runs_of(study))
     # 9 rays: half to twice as many; four hold times; both models; on and off; three seeds.

@@ -174,7 +174,7 @@ def lux_of_a_minute() -> list[float]:
     run, sensors = part("residents.blender.run"), part("angen_addon.scene.sensors")
     plan = run.Plan.of(ROUTINE, "routine")
     found = sensors.all_sensors(bpy.context.view_layer)
-    household = run.Household(bpy.context.scene, found, plan, date(2026, 3, 2), 0)
+    household = run.HouseholdDays(bpy.context.scene, found, plan, date(2026, 3, 2), 0)
     [day] = run.run_days(household, [0], between=(0.0, 100.0))
     rows = [(e.time / 1e6, float(e.value)) for e in day.events if e.field == "illuminance_lux"]
     assert household.take_notes() == []

@@ -15,7 +15,7 @@ from typing import Any
 import bpy
 import numpy as np
 import pytest
-from bl_ext.user_default.angen_sensors.angen_addon.commands.home import ProgressLine
+from bl_ext.user_default.angen_sensors.angen_addon.commands.open_home import ProgressLine
 from bl_ext.user_default.angen_sensors.angen_addon.runtime import moving_scene, stage, state
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.sensor_runner import SensorRunner
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.simulation import simulate

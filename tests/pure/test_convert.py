@@ -48,9 +48,9 @@ def convert(tmp_path, angen):
 
 
 def test_it_needs_no_blender_and_takes_any_format(tmp_path) -> None:
-    source, target = tmp_path / "log.lp", tmp_path / "log.xes"
-    write(year(), "influx", source)
-    options = ["--format", "xes", "--out", target]
+    source, target = tmp_path / "home", tmp_path / "log.jsonl"
+    write(year(), "pyadlml", source)
+    options = ["--format", "home-assistant", "--out", target]
     done = subprocess.run(
         [sys.executable, "-c", WITHOUT_BLENDER, "convert", source, *map(str, options)],
         cwd=ROOT,

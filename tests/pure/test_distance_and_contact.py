@@ -5,6 +5,7 @@ For the distance sensor: ranges by reflectance, zones, echoes and noise.
 """
 
 import math
+from functools import partial
 from types import SimpleNamespace
 
 import numpy as np
@@ -20,7 +21,7 @@ from angen_sensors.sensor_logic.kinds.distance import (
     zone_distances,
     zone_rays,
 )
-from angen_sensors.sensor_logic.model import Pose
+from angen_sensors.sensor_logic.model import Pose, Update
 from angen_sensors.sensor_logic.noise import generator
 
 POSE = Pose(np.zeros(3), np.eye(3))
@@ -59,11 +60,13 @@ class Wall:
 
 
 def read(parameters, wall, sensor=None, number=0, name="tof"):
-    update = SimpleNamespace(
-        pose=POSE,
-        ask=wall.ask,
-        noise=lambda: generator(0, name, number),
-        device_noise=lambda: generator(0, name, -1 & 0xFFFFFFFF),
+    update = Update(
+        number,
+        0.0,
+        POSE,
+        {need: partial(wall.ask, need) for need in (RAYS, REFLECTANCE)},
+        lambda: generator(0, name, number),
+        lambda: generator(0, name, -1 & 0xFFFFFFFF),
     )
     return (sensor or DistanceSensor()).update(parameters, update)
 

@@ -133,14 +133,15 @@ def none():
 
 def swept(update, through):
     """Return the update with an answer on the passes."""
-    return replace(update, scene={**update.scene, CROSSINGS: through})
+    scene = {**update.scene, CROSSINGS: through}
+    return replace(update, scene=scene, name_of=lambda number: f"thing {number}" if number else "")
 
 
 @pytest.fixture
 def lived(stage):
     """Run updates of (range ahead, passes); a triple has a step in between with its own range."""
 
-    def run(parameters, *steps, model=None):
+    def run(parameters, *steps, model=None, evidence=None):
         model = model or SlottedSwitch()
         made = []
         for number, step in enumerate(steps):
@@ -153,6 +154,8 @@ def lived(stage):
                     model.watch(parameters, update)
                 else:
                     made.append(model.update(parameters, update))
+        if evidence is not None:
+            evidence.extend(r.evidence for r in made)
         return [(int(r.fields["open"]), round(r.value, 9)) for r in made]
 
     return run
@@ -201,14 +204,13 @@ def test_what_goes_through_between_two_updates(lived, parameters, steps, told):
 
 
 def test_what_was_caught_is_known(lived):
-    model = SlottedSwitch()
+    model, told = SlottedSwitch(), []
     steps = [(FREE, none()), (FREE, passed(([0], 0.25, 0.5, 0.024), thing=9)), (FREE, none())]
-    lived(ONE, (FREE, None), steps, model=model)
-    assert model.latched_break.solid == 9
-    assert model.latched_break.range == pytest.approx(0.025)
-    assert model.latched_break.steps == pytest.approx(1.75)
-    lived(ONE, (BROKEN, none()), model=model)
-    assert model.latched_break is None
+    _, caught = lived(ONE, (FREE, None), steps, model=model, evidence=told)
+    assert caught == (0, pytest.approx(0.025))
+    assert told[-1] == {"object": "thing 9", "light": 1.0, "steps_ago": pytest.approx(1.75)}
+    lived(ONE, (BROKEN, none()), model=model, evidence=told)
+    assert told[-1]["light"] == 0.0 and math.isnan(told[-1]["steps_ago"])
 
 
 @pytest.mark.parametrize("gap", [None, "off"])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Every format is read back as far as it can hold the log that was written.
+"""Formats that are read bring back as much of a log as they can hold.
 
 In logs of real homes and of other programs, damage is mended or reported, and nothing is lost.
 """
@@ -7,9 +7,9 @@ In logs of real homes and of other programs, damage is mended or reported, and n
 from __future__ import annotations
 
 import math
+import re
 import struct
 from datetime import datetime, timedelta
-from importlib.util import find_spec
 from pathlib import Path
 from zoneinfo import ZoneInfo
 
@@ -32,7 +32,7 @@ ROOT = Path(__file__).resolve().parent.parent.parent
 # The facts that a format has no field for.
 LOST = {"casas": {"force_n", "partners", "valid", "distance_m"}, "casas-csv": {"partners"}}
 LOST["pyadlml"] = {"partners"}
-READ = [name for name in FORMATS if name != "parquet" or find_spec("pyarrow")]
+READ = ["events", "casas", "casas-csv", "pyadlml", "home-assistant"]
 
 
 @pytest.fixture
@@ -42,9 +42,7 @@ def written(tmp_path):
 
 @pytest.mark.parametrize("name", READ)
 def test_what_was_written_is_read_back(written, name) -> None:
-    # No name ends with a backslash in this format.
-    held = (lambda text: text.rstrip("\\")) if name == "influx" else str
-    expected = [(t, held(s), *row) for t, s, *row in ROWS if row[0] not in LOST.get(name, set())]
+    expected = [row for row in ROWS if row[2] not in LOST.get(name, set())]
     source = read_log(written(year(), name))
     found = sorted((e.time, e.sensor, e.field, e.row[-1]) for e in source.events)
     if name in {"casas", "casas-csv"}:
@@ -58,21 +56,22 @@ def test_what_was_written_is_read_back(written, name) -> None:
     assert [row[0] for row in found] == pytest.approx(
         [row[0] for row in sorted(expected)], abs=1e-7
     )
-    assert source.has_activities == (name not in {"events", "home-assistant", "parquet"})
+    assert source.has_activities == (name not in {"events", "home-assistant"})
     if name != "events":
-        assert source.sensors[held(AWKWARD)].room == "kitchen, small"
+        assert source.sensors[AWKWARD].room == "kitchen, small"
         assert {(s.name, s.kind) for s in source.sensors.values()} == {
-            (held(sensor.name), sensor.kind) for sensor in SENSORS.values()
+            (sensor.name, sensor.kind) for sensor in SENSORS.values()
         }
 
 
-@pytest.mark.parametrize("name", ["xes", "ocel", "influx", "mcap"])
+@pytest.mark.parametrize("name", ["xes", "ocel"])
 def test_no_hour_is_lost_where_daylight_saving_begins(written, name) -> None:
     for zone, shift in (("Europe/London", 0), ("Europe/Stockholm", 1)):
         start = datetime(2026, 3, 29, shift, tzinfo=ZoneInfo(zone))
         rows = [(0.0, "PIR hall", "moved", "0"), (7200.0, "PIR hall", "moved", "1")]
-        path = written(year(rows, start=start), name)
-        assert [event.time for event in read_log(path).events] == [0.0, 7200.0]
+        text = written(year(rows, start=start, activities=()), name).read_text(encoding="utf-8")
+        times = {datetime.fromisoformat(t) for t in re.findall(r"2026-03-29T[^\"]*", text)}
+        assert max(times) - min(times) == timedelta(hours=2)
 
 
 @pytest.mark.parametrize("begins", ["2026-03-29T01:30", "2026-10-25T02:30"])
@@ -92,12 +91,11 @@ def test_with_the_time_zone_clocks_may_be_put_forward_and_back(written, name, be
     assert source.start is not None and source.start.utcoffset() == start.utcoffset()
 
 
-@pytest.mark.parametrize("name", ["home-assistant", "influx"])
-def test_line_separators_within_names_end_no_line(written, name) -> None:
+def test_line_separators_within_names_end_no_line(written) -> None:
     hall = "PIR\u2028hall\x85"
     events = [Event(float(time), hall, "moved", 1.0, "PIR", str(time)) for time in (0, 1)]
     log = make_log(events, {hall: SensorFacts(hall, "PIR")}, START, [], {})
-    found = read_log(written(log, name)).events
+    found = read_log(written(log, "home-assistant")).events
     assert [(e.time, e.row[-1]) for e in found] == [(0.0, "0"), (1.0, "1")]
 
 
@@ -108,16 +106,9 @@ ROW = EVENTS_HEAD + b"0,1,A,PIR,moved,1\n"
 @pytest.mark.parametrize(
     ("content", "words"),
     [
-        (b"<?xml version='1.0'?><log><trace>", ["xes", "no element"]),
-        (b"<?xml version='1.0'?><log></log>", ["no sensor"]),
-        (b'{"objects": [', ["ocel"]),
-        (b'{"objects": []}', ["ocel", "'events'"]),
+        (b"<?xml version='1.0'?><log></log>", ["not recognised", "home-assistant"]),
         (b'{"topic": "a"}\n', ["home-assistant", "line 1", "'payload'"]),
         (b'{"topic": "a", "payload": "ON"}\n{"a\n', ["home-assistant", "line 2", "JSON"]),
-        (b"\x89MCAP0\r\n\x06\xff\x00\x00\x00\x00\x00\x00\x00", ["mcap", "truncated"]),
-        (b"cpu,host=a load=1 1\nno line\n", ["influx", "line 2", "no line"]),
-        (b"cpu,host=a load=1 1\ncpu,host=a load=x 1\n", ["influx", "line 2", "load is 'x'"]),
-        (b"cpu,host=a load=1 1\ncpu,host=a load=1 99999999999999999999999\n", ["influx"]),
         (b"2010-11-04 00:00:01 M001 ON\n2010-13-04 00:00:02 M001 ON\n", ["casas", "line 2"]),
         (b"2010-11-04 00:00:02 M001 ON\n2010-11-04 00:00:01 M001 ON\n", ["casas", "sort"]),
         (b"2010-11-04 00:00:02 T001 21.5\n", ["no sensor"]),
@@ -128,10 +119,7 @@ ROW = EVENTS_HEAD + b"0,1,A,PIR,moved,1\n"
         (EVENTS_HEAD + b"0,1,A,SONAR,moved,1\n", ["line 2", "SONAR", "PIR"]),
         (EVENTS_HEAD + b"0,1,A,PIR,open,1\n", ["line 2", "'open'", "moved"]),
         (ROW + b"0,1,A,LIGHT,lit,1\n", ["line 3", "'A'", "PIR", "LIGHT"]),
-        (b"# A page\n\nIts text: a=1.\n", ["not recognised", "influx"]),
-        (b"# A recipe\nVENV ?= a=1\n", ["not recognised", "influx"]),
-        (b"BLENDER-v402\x8f\xff", ["not recognised", "influx"]),
-        (b"# by influx\ncpu,host=a load=1 1\nno line\n", ["read as influx", "no line"]),
+        (b"BLENDER-v402\x8f\xff", ["not recognised", "pyadlml"]),
     ],
 )
 def test_a_file_that_is_none_is_told_in_a_line(tmp_path, content, words) -> None:
@@ -294,7 +282,7 @@ def test_a_date_that_a_format_cannot_hold_is_one_line(run, tmp_path, name, start
     status, told, _ = run(text, name, "--start", start)
     assert (status, len(told)) == ((0, 0) if holds else (2, 1))
     if holds:
-        assert read_log(tmp_path / "out").events[-1].row[-1] == "1"
+        assert (tmp_path / "out").exists()
     else:
         assert f"{name} holds dates from " in told[0] and "give another start" in told[0]
         assert not (tmp_path / "out").exists()
@@ -331,18 +319,14 @@ def distances(*values: float) -> list[Event]:
     return [Event(float(t), "T", "distance_m", 0.0, "DISTANCE", str(v)) for t, v in rows]
 
 
-def test_a_distance_without_a_target_is_infinite_and_a_beam_is_no_activity(tmp_path) -> None:
+def test_a_distance_without_a_target_is_infinite_and_a_beam_is_no_activity() -> None:
     assert ranges(distances(3.6, 1.5)) == [(0.04, 3.6, math.inf), (0.04, 3.6, 1.5)]
     # A preset's sensor has a longer range than one with the defaults.
     assert ranges(distances(4.0, 1.5)) == [(0.04, 4.0, math.inf), (0.04, 4.0, 1.5)]
     facts = SensorFacts("T", "DISTANCE", "", {"range_min": 0.1, "range_max": 2.0})
     assert ranges(distances(2.0, 1.5), facts) == [(0.1, 2.0, math.inf), (0.1, 2.0, 1.5)]
-    (tmp_path / "bag").write_bytes(FORMATS["mcap"].write(make_log(distances(3.6, 1.5))).files[""])
-    assert [e.row[-1] for e in read_log(tmp_path / "bag").events] == ["3.6", "1.5"]
     events = [Event(float(t), "S", "open", 0.0, "OPTICAL_SWITCH", str(t)) for t in (0, 1)]
     assert ranges(events) == [(0.5, 0.5, -math.inf), (0.5, 0.5, math.inf)]
-    (tmp_path / "bag").write_bytes(FORMATS["mcap"].write(make_log(events)).files[""])
-    assert not read_log(tmp_path / "bag").has_activities
 
 
 @pytest.mark.parametrize(
@@ -523,14 +507,6 @@ def test_a_unit_that_changes_is_one_line(run, units, words) -> None:
     status, told, _ = run(text, "events")
     assert (status, len(told)) == (2, 1)
     assert f"line 3: sensor.ld2410_detection_distance has had two units, {words}" in told[0]
-
-
-@pytest.mark.parametrize(("digits", "unit", "zeros"), [(10, "s", 9), (13, "ms", 6), (16, "µs", 3)])
-def test_influx_times_that_are_no_nanoseconds_are_told(run, digits, unit, zeros) -> None:
-    first = "1772438400000000000"[:digits]
-    status, told, _ = run(f"pir,sensor=hall moved=true {first}\n", "events")
-    assert (status, len(told)) == (0, 1)
-    assert f"of 1970: if {first} is in {unit}, give them {zeros} more zeros" in told[0]
 
 
 def test_replay_takes_units(tmp_path) -> None:

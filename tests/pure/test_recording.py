@@ -17,9 +17,10 @@ import pytest
 from angen_sensors.sensor_logic.clock import Clock, Schedule
 from angen_sensors.sensor_logic.error import AngenError
 from angen_sensors.sensor_logic.kinds import KINDS
-from angen_sensors.sensor_logic.model import Reading
+from angen_sensors.sensor_logic.model import Reading, Readings, joined_readings
 from angen_sensors.sensor_logic.recording.columns import CHUNK, Column
 from angen_sensors.sensor_logic.recording.file import TITLE, VERSION, from_bytes, to_bytes
+from angen_sensors.sensor_logic.recording.rows import Rows
 from angen_sensors.sensor_logic.recording.tracks import Recording, Track
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -47,6 +48,7 @@ def contents(recording):
             (name, t.sensor, t.kind_name, t.steps)
             + tuple(bits(c) for c in (t.frames, t.times, t.active, t.value))
             + tuple((key, bits(column)) for key, column in t.columns.items())
+            + (t.has_evidence, t.evidence, t.parameters)
             for name, t in recording.tracks.items()
         ],
     ]
@@ -54,10 +56,14 @@ def contents(recording):
 
 def track(name, kind, moments, draw):
     """Return readings at (frame, time) pairs; `draw` gives a value of a type."""
-    made = Track(name, kind, steps={"force_n": 0.5})
+    made, of = Track(name, kind, steps={"force_n": 0.5}), KINDS[kind]
+    evidence = {}
     for frame, time in moments:
-        fields = {f.name: draw(f.type) for f in KINDS[kind].samples}
-        made.append(frame, time, Reading(draw(bool), draw(float), fields))
+        fields = {f.name: draw(f.type) for f in of.samples}
+        if not evidence or draw(bool):
+            evidence = {f.name: draw(f.type) for f in of.evidence}
+        reading = Reading(draw(bool), draw(float), fields, evidence)
+        made.extend([frame], [time], Readings.of([reading]), of.parameters())
     return made
 
 
@@ -115,8 +121,14 @@ def test_values_come_back_however_many_different_ones_there_are(different):
     assert contents(from_bytes(to_bytes(recording, {}))[0]) == contents(recording)
 
 
-def small():
+def small(is_told=False):
     made = Track("door", "OPTICAL_SWITCH")
+    if is_told:
+        why = {"object": ["", "Flag", "Cat"], "light": np.ones(3), "steps_ago": None}
+        ranges = {"open": [True] * 3, "range_m": np.ones(3)}
+        readings = Readings(np.ones(3, bool), np.ones(3), ranges, None, why)
+        made.extend(range(30), range(30), joined_readings([readings] * 10), made.kind.parameters())
+        return Recording({"door": made}, Clock(1, 24), 1, 30)
     for i in range(30):
         made.append(1.0 + i, i / 24, Reading(i > 9, 0.1 * i, {"open": i > 9, "range_m": 0.1 * i}))
     return Recording({"door": made}, Clock(1, 24), 1, 30)
@@ -144,6 +156,26 @@ def test_other_versions_and_a_track_under_another_name_are_refused():
     recording.tracks["window"] = recording.tracks.pop("door")
     with pytest.raises(ValueError, match=r"'door'.*'window'"):
         to_bytes(recording, {})
+
+
+def test_a_recording_of_an_earlier_version_has_no_evidence():
+    assert not from_bytes(to_bytes(small(), {}))[0].tracks["door"].has_evidence
+
+
+def test_evidence_is_stored_where_it_changes_and_comes_back_however_it_was_appended():
+    seen = ["", "", "Door", "Door", "", "Cat", "Cat", "Cat"]
+    reach = [1.0, 1.0, 1.0, math.nan, math.nan, 0.0, -0.0, -0.0]
+    once, twice = (Rows({"object": str, "reach": float}) for _ in range(2))
+    once.extend({"object": seen, "reach": np.array(reach)}, len(seen))
+    for i in range(len(seen)):
+        twice.extend({"object": seen[i : i + 1], "reach": reach[i : i + 1]}, 1)
+    assert once == twice
+    assert list(once.starts) == [0, 2, 3, 4, 5, 6]
+    assert [once.value("object", i) for i in range(len(seen))] == seen
+    assert repr([once.value("reach", i) for i in range(len(seen))]) == repr(reach)
+    twice.extend({"object": None, "reach": None}, 2)
+    assert once != twice and twice.value("object", 9) == ""
+    assert math.isnan(twice.value("reach", 9)) and len(twice.starts) == 7
 
 
 # Files of strangers: a correct checksum, with arbitrary content
@@ -192,8 +224,9 @@ def places(value, way=()):
             yield (*way, key)
 
 
-def test_whatever_stands_in_the_header_is_refused_in_a_line_or_is_a_recording():
-    header, columns = taken_apart(to_bytes(small(), {"a": 1}))
+@pytest.mark.parametrize("is_told", [False, True])
+def test_whatever_stands_in_the_header_is_refused_in_a_line_or_is_a_recording(is_told):
+    header, columns = taken_apart(to_bytes(small(is_told), {"a": 1}))
     refused = 0
     for way in places(header):
         if not way:
@@ -215,6 +248,9 @@ def test_whatever_stands_in_the_header_is_refused_in_a_line_or_is_a_recording():
                 assert found.covers(3) in (True, False)
                 for track in found.tracks.values():
                     assert track.at(1e12) == 29 and track.columns["open"][29] in (0, 1)
+                    if track.has_evidence:
+                        assert isinstance(track.evidence.value("object", 29), str)
+                        assert track.parameters_at(29) is not None
     assert refused > 400
 
 

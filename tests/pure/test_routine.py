@@ -406,7 +406,7 @@ DAYS = [
 
 
 def test_days_become_tables_without_a_seam_at_midnight() -> None:
-    files = DayRows.of(DAYS).files()
+    files = DayRows.joined(DAYS).files()
     rows = {name: list(csv.reader(io.StringIO(text))) for name, text in files.items()}
     assert rows["events.csv"] == [
         ["time", "sensor", "kind", "field", "value", "person", "because"],
@@ -433,11 +433,11 @@ def test_what_goes_on_over_midnight_is_one_also_from_room_to_room() -> None:
     early = LoggedActivity(0, 20, "anna", "Clean", "hall")
     again = LoggedActivity(30, 40, "anna", "Clean", "hall")
     days = [replace(DAYS[0], activities=(late,)), replace(DAYS[1], activities=(early, again))]
-    assert DayRows.of(days).activities == (
+    assert DayRows.joined(days).activities == (
         LoggedActivity(DAY_US - 10, DAY_US + 20, "anna", "Clean", "hall"),
         LoggedActivity(DAY_US + 30, DAY_US + 40, "anna", "Clean", "hall"),
     )
-    log = DayRows.of(DAYS).log({}, {"home": "home.blend"}, {"Sleep": "Sleeping"})
+    log = DayRows.joined(DAYS).log({}, {"home": "home.blend"}, {"Sleep": "Sleeping"})
     assert {activity.activity for activity in log.activities} == {"Sleeping"}
     assert log.start == datetime(2026, 3, 2) and log.changes[1].time == 1_500_000
 

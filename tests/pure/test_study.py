@@ -26,10 +26,10 @@ from angen_sensors.sensor_logic.error import InputError  # noqa: E402
 from angen_sensors.sensor_logic.formats.log import LoggedActivity  # noqa: E402
 from angen_sensors.sensor_logic.log import Event  # noqa: E402
 from angen_sensors.studies import settings, truth  # noqa: E402
-from angen_sensors.studies.settings import HomeFacts  # noqa: E402
+from angen_sensors.studies.settings import StudiedHome  # noqa: E402
 from angen_sensors.studies.study import Study, count_of, read, runs_of  # noqa: E402
 
-HOME = HomeFacts(
+HOME = StudiedHome(
     "home.blend",
     {"PIR hall": "PIR", "PIR bed": "PIR", "Lamp.001": "LIGHT"},
     "sha256:0",

@@ -17,7 +17,6 @@ from zoneinfo import ZoneInfo
 
 import pytest
 from angen_sensors.sensor_logic.formats.log import SensorFacts, slug
-from angen_sensors.sensor_logic.formats.reading import read_log
 from angen_sensors.sensor_logic.formats.source import make_log
 from angen_sensors.sensor_logic.log import Event
 from log_of_a_year import ABOUT, ACTIVITIES, AWKWARD, ROWS, START, YEAR, year
@@ -287,10 +286,6 @@ def test_pandas_reads_every_sample_of_a_recording(reader, written) -> None:
     assert frame[frame["sensor"] == "Lux"]["luminance_percent"].isna().all()
     assert list(frame[frame["sensor"] == "Switch"]["open"]) == [False, True, False]
     assert frame[frame["sensor"] == "Switch"]["illuminance_lux"].isna().all()
-    # And by `angen compare` and `convert`.
-    changes = read_log(written(year(samples=recording), "parquet", "again")).events
-    opened = [(e.time, e.value) for e in changes if e.field == "open"]
-    assert opened == [(0.0, False), (round(1 / 24, 6), True), (round(2 / 24, 6), False)]
 
 
 DOCS = Path(__file__).resolve().parents[2] / "docs" / "layouts.md"

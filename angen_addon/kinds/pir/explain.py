@@ -7,54 +7,25 @@ A detector has one of two models, range scan or pyroelectric. Each has its own e
 from __future__ import annotations
 
 import math
-from collections import Counter
 from dataclasses import dataclass, replace
-from itertools import pairwise
-from typing import Any
 
 import numpy as np
 
-from ....sensor_logic.kind import WARMTH
-from ....sensor_logic.kinds.pir.pyroelectric import rays_of, threshold_of
-from ....sensor_logic.kinds.pir.range_scan import PirParameters, fan_directions
-from ....sensor_logic.model import Array, Emission, Pose
+from ....sensor_logic.evidence import rows_of
+from ....sensor_logic.kinds.pir.pyroelectric import threshold_of
+from ....sensor_logic.kinds.pir.range_scan import PirParameters
+from ....sensor_logic.kinds.pir.scan_evidence import SAME
 from ....sensor_logic.parameters import label_of, specs
-from ....sensor_logic.physics import STEFAN_BOLTZMANN, radiosity, waiting
+from ....sensor_logic.physics import waiting
 from ....sensor_logic.wording import Lengths, capital, percent, quoted
-from ...explain.facts import Explanation, Facts, at_frame
-from ...explain.replay import Replay
+from ...explain.facts import Explanation, Facts
+from ...explain.nearby import surroundings
+from ...explain.recorded import RecordedSensor
 
 # Range scan: an update is explained by the ray whose range changed most.
 
-# m. Only noise changed a range if the range without noise changed by less than this.
-SAME = 1e-6
 NAMES_SHOWN = 4
 NOISE = "noise"
-
-
-@dataclass(frozen=True)
-class Scan:
-    """The ranges and hits of one update of a range scan.
-
-    Attributes
-    ----------
-    tilts
-        The numbers of the scanned tilts.
-    ranges
-        The ranges (tilts, rays) in m.
-    clean
-        The same ranges without noise.
-    names
-        The objects that the rays hit, tilt by tilt.
-    pose
-        The sensor's pose.
-    """
-
-    tilts: range
-    ranges: Array
-    clean: Array
-    names: list[str]
-    pose: Pose
 
 
 @dataclass(frozen=True)
@@ -64,11 +35,12 @@ class RayChange:
     Attributes
     ----------
     tilt, ray
-        The number of the tilt, and of the ray within this tilt.
+        The number of the tilt, and of the ray within this tilt; −1 if only noise changed ranges,
+        and by less than the threshold.
     azimuth, elevation
         The direction of the ray, in radians.
     before, after
-        The range of the ray in the first and in the second scan, in m.
+        The range of the ray in the first and in the second scan, in m; 0 without a ray.
     names
         The objects that the ray hit in the two scans; empty for none.
     culprit
@@ -104,119 +76,55 @@ class RayChange:
         return self.culprit if self.triggered and self.culprit != NOISE else ""
 
 
-def explain_range_scan(replay: Replay, index: int) -> Explanation:
-    """Explain update `index` of a range scan by the ray whose range changed most.
-
-    Raise `AngenError` if the sensor cannot be read.
-    """
-    track, sensor = replay.track, replay.sensor
-    set_up = sensor.settings.pir
-    back = 1 if set_up.sweep == "ALL" else _tilts(replay)
-    earlier = replay.index_of(replay.update_number(index) - back, index)
-    old = None if earlier is None else scan(replay, earlier)
-    new = scan(replay, index)
-    if new is None:
-        return replay.explain_off(index)
-    parameters, now, triggered, angle = new
-    if old is None or old[1].ranges.shape != now.ranges.shape or earlier is None:
+def explain_range_scan(recorded: RecordedSensor, index: int) -> Explanation:
+    """Explain update `index` of a range scan by the ray whose range changed most."""
+    parameters: PirParameters = recorded.parameters_at(index)
+    ago = recorded.evidence("ago", index)
+    if ago < 0:
         text = (
             "No motion yet: this is the first scan at its tilt, so there is no scan to compare with"
         )
-        return replay.explanation(index, text, ())
-    cause = _change(parameters, old[1], now, triggered)
-    lengths = replay.lengths
-    facts = list(_facts(cause, parameters, lengths))
-    facts.insert(3, ("Compared with", at_frame(track.frames[earlier], track.times[earlier])))
-    moved = _sensor_movement(old[1].pose, now.pose, lengths)
+        return recorded.explanation(index, text, ())
+    cause, lengths = _change(recorded, parameters, index), recorded.lengths
+    earlier = recorded.index_of(recorded.update_number(index) - ago, index)
+    compared = [] if earlier is None else [("Compared with", recorded.when(earlier))]
+    facts = [
+        *_ray_facts(cause, parameters, lengths),
+        *compared,
+        *_facts(cause, parameters, lengths),
+    ]
+    moved = _sensor_movement(recorded, index)
     if moved:
         facts.append(("Sensor", moved))
-    return replay.explanation(
-        index,
-        _headline(cause, parameters, bool(track.active[index]), lengths),
-        tuple(facts),
-        _doubt(replay, index, parameters, triggered, angle),
-        cause,
-    )
+    headline = _headline(cause, parameters, bool(recorded.track.active[index]), lengths)
+    return recorded.explanation(index, headline, tuple(facts), "", cause)
 
 
-def _tilts(replay: Replay) -> int:
-    pir = replay.sensor.settings.pir
-    return PirParameters(vertical_fov=pir.vertical_fov, vertical_step=pir.vertical_step).tilt_count
-
-
-def scan(replay: Replay, index: int) -> tuple[PirParameters, Scan, bool, float] | None:
-    """Replay an update of a range scan; return None if the detector is switched off there.
-
-    Returns
-    -------
-    parameters : PirParameters
-        The parameters at the update.
-    found : Scan
-        The scan.
-    moved : bool
-        Whether the model finds movement in this scan.
-    angle : float
-        The tilt that the detector publishes, in radians.
-    """
-    pending = replay.take_update(index)
-    if pending is None:
-        return None
-    # Without hold, blocking and warm-up time the model reports whether this scan has movement.
-    bare = replace(pending.parameters, hold_time=0.0, blocking_time=0.0, warm_up_time=0.0)
-    reading = replay.runner.model.update(bare, pending.update)
-    parameters: PirParameters = pending.parameters
-    fan = fan_directions(parameters)
-    first = pending.update.number % len(fan)
-    tilts = range(len(fan)) if parameters.sweep == "ALL" else range(first, first + 1)
-    shape = len(tilts), parameters.rays
-    seen = replay.seen
-    reach = parameters.range_max - parameters.range_min
-    ahead = seen.ranges * replay.metres
-    clean = np.where(ahead >= reach, parameters.range_max, ahead + parameters.range_min)
-    ranges = clean
-    if parameters.noise_sigma > 0.0:
-        noise = pending.update.noise().normal(0.0, parameters.noise_sigma, len(clean))
-        ranges = clean + noise
-    ranges = np.clip(ranges, parameters.range_min, parameters.range_max)
-    found = Scan(
-        tilts, ranges.reshape(shape), clean.reshape(shape), seen.names, pending.update.pose
-    )
-    return parameters, found, reading.active, reading.value
-
-
-def _change(parameters: PirParameters, old: Scan, new: Scan, triggered: bool) -> RayChange:
-    """Return the ray that changed most between the scans `old` and `new` of the same tilts."""
-    changes = np.abs(new.ranges - old.ranges)
-    row, ray = (int(i) for i in np.unravel_index(int(np.argmax(changes)), changes.shape))
+def _change(recorded: RecordedSensor, parameters: PirParameters, index: int) -> RayChange:
+    """Return the ray that changed most at update `index`."""
+    tilt, ray, before, after, *names, culprit, over = (
+        recorded.evidence(name, index)
+        for name in (
+            "tilt", "ray", "before", "after", "hit_before", "hit_after", "culprit", "over",
+        )
+    )  # fmt: skip
+    if ray < 0:
+        tilt = round(recorded.track.columns["angle_rad"][index] / parameters.vertical_step)
     rays = parameters.rays
-    culprits = Counter(
-        _culprit(old, new, int(r), int(i)) for r, i in np.argwhere(changes > parameters.threshold)
-    )
     spacing = parameters.horizontal_fov / (rays - 1) if rays > 1 else 0.0
-    tilt = new.tilts[row]
     return RayChange(
         tilt,
         ray,
         -parameters.horizontal_fov / 2 + ray * spacing if rays > 1 else 0.0,
         -tilt * parameters.vertical_step,
-        float(old.ranges[row, ray]),
-        float(new.ranges[row, ray]),
-        (old.names[row * rays + ray], new.names[row * rays + ray]),
-        _culprit(old, new, row, ray),
+        before,
+        after,
+        tuple(names),
+        culprit or NOISE,
         parameters.threshold,
-        tuple(sorted(culprits.items(), key=lambda item: (-item[1], item[0]))),
-        triggered,
+        tuple((name or NOISE, int(count)) for name, count in rows_of(over)),
+        abs(after - before) > parameters.threshold,
     )
-
-
-def _culprit(old: Scan, new: Scan, row: int, ray: int) -> str:
-    """Return the object that changed the range of a ray, or "noise"."""
-    # The ray hit one object before and one after the change. The nearer of the two came or left.
-    before, after = float(old.clean[row, ray]), float(new.clean[row, ray])
-    if abs(before - after) <= SAME:
-        return NOISE
-    nearer = old if before < after else new
-    return nearer.names[row * new.ranges.shape[1] + ray]
 
 
 def _ray_text(cause: RayChange, parameters: PirParameters) -> str:
@@ -229,14 +137,21 @@ def _hit_text(name: str, parameters: PirParameters, lengths: Lengths) -> str:
     return quoted(name) if name else f"nothing within {lengths.typed(parameters.range_max)}"
 
 
-def _facts(cause: RayChange, parameters: PirParameters, lengths: Lengths) -> list[tuple[str, str]]:
+def _ray_facts(cause: RayChange, parameters: PirParameters, lengths: Lengths) -> Facts:
+    if cause.ray < 0:
+        return []
     facts = [("Ray", _ray_text(cause, parameters))]
     for word, length, name in zip(
         ("Before", "After"), (cause.before, cause.after), cause.names, strict=True
     ):
         facts.append((word, f"{lengths.text(length)}, {_hit_text(name, parameters, lengths)}"))
+    return facts
+
+
+def _facts(cause: RayChange, parameters: PirParameters, lengths: Lengths) -> Facts:
     limit = f"threshold {lengths.typed(parameters.threshold)}"
-    facts.append(("Change", f"{lengths.text(cause.change)}, {limit}"))
+    change = NOISE if _is_noise_alone(cause, parameters) else lengths.text(cause.change)
+    facts = [("Change", f"{change}, {limit}")]
     if parameters.noise_sigma > 0.0:
         sigma = lengths.typed(parameters.noise_sigma)
         facts.append(("Noise", f"{sigma} (standard deviation) on each range"))
@@ -247,6 +162,10 @@ def _facts(cause: RayChange, parameters: PirParameters, lengths: Lengths) -> lis
     return facts
 
 
+def _is_noise_alone(cause: RayChange, parameters: PirParameters) -> bool:
+    return cause.ray < 0 and parameters.noise_sigma > 0.0
+
+
 def _culprit_text(name: str) -> str:
     return name if name == NOISE else quoted(name)
 
@@ -255,10 +174,10 @@ def _headline(cause: RayChange, parameters: PirParameters, active: bool, lengths
     if not cause.triggered:
         held = f" in the hold time of {parameters.hold_time:g} s" if parameters.hold_time else ""
         where = "" if parameters.sweep == "ALL" else f" of this update's tilt {cause.tilt}"
-        text = (
-            f"no ray{where} changed by more than {lengths.typed(cause.threshold)}; "
-            f"the largest change was {lengths.text(cause.change)}"
-        )
+        most = f"the largest change was {lengths.text(cause.change)}"
+        if _is_noise_alone(cause, parameters):
+            most = "only noise changed the ranges"
+        text = f"no ray{where} changed by more than {lengths.typed(cause.threshold)}; {most}"
         return f"{'Held on' if active else f'Still, no movement{held}'}: {text}"
     name = quoted(cause.culprit)
     ignored = "" if active else " (ignored: warm-up or blocking time)"
@@ -278,32 +197,13 @@ def _headline(cause: RayChange, parameters: PirParameters, active: bool, lengths
     return f"Motion{ignored}: {what}; ray {cause.ray} changed by {lengths.text(cause.change)}"
 
 
-def _sensor_movement(old: Pose, new: Pose, lengths: Lengths) -> str:
+def _sensor_movement(recorded: RecordedSensor, index: int) -> str:
     """Return a text on how the sensor itself moved between two scans; empty if it did not move."""
-    if old is new:
-        return ""
-    way = float(np.linalg.norm(new.origin - old.origin))
-    cosine = (float(np.trace(old.axes.T @ new.axes)) - 1.0) / 2.0
-    turn = math.degrees(math.acos(max(-1.0, min(1.0, cosine))))
+    way = recorded.evidence("sensor_moved", index)
+    turn = math.degrees(recorded.evidence("sensor_turned", index))
     if way <= SAME and turn <= 1e-3:
         return ""
-    return f"the sensor itself moved by {lengths.text(way)} and turned by {turn:.2f}°"
-
-
-def _doubt(
-    replay: Replay, index: int, parameters: PirParameters, triggered: bool, angle: float
-) -> str:
-    """Return why the explanation may be wrong; empty if the replay agrees with the recording."""
-    track: Any = replay.track
-    recorded = bool(track.active[index])
-    delayed = parameters.hold_time or parameters.blocking_time or parameters.warm_up_time
-    recorded_angle = float(track.columns["angle_rad"][index])
-    if abs(recorded_angle - angle) > 1e-6 or (triggered != recorded and not delayed):
-        return (
-            "the rays now hit other surfaces than in the run: something has changed since. "
-            "Simulate again"
-        )
-    return ""
+    return f"the sensor itself moved by {recorded.lengths.text(way)} and turned by {turn:.2f}°"
 
 
 # Pyroelectric detector: an update is explained by the object that changed the power most.
@@ -312,7 +212,6 @@ def _doubt(
 WINDOW = 0.5
 # s. This long after a movement the signal may swing over the threshold once more.
 SWING_BACK = 2.0
-MOST_UPDATES = 12
 ZERO_CELSIUS = 273.15
 THINGS_SHOWN = 4
 
@@ -326,11 +225,11 @@ class WarmObject:
     name
         The name of the object.
     change
-        The sum of the absolute changes of power, over all replayed updates, in W per m² of lenslet.
+        The sum of the absolute changes of power from update to update, in W per m² of lenslet.
     temperature
         The mean temperature of its surface in K.
     rays
-        The number of rays that hit the object at the explained update.
+        The number of rays that hit the object after its last change.
     """
 
     name: str
@@ -366,124 +265,42 @@ class WarmCause:
         return self.things[0].name if self.things and abs(self.signal) > 1.0 else ""
 
 
-@dataclass(frozen=True)
-class _WarmUpdate:
-    """The warmth that a pyroelectric detector's n rays hit at one update. Arrays have shape (n,).
-
-    Attributes
-    ----------
-    power
-        The radiant power on the elements, minus the power that would reach them if every surface
-        had the temperature `ambient`. The unit is W per m² of lenslet.
-    temperature
-        The temperature of the surface that the ray hits, in K.
-    ranges
-        The ranges in Blender units.
-    names
-        The names of the objects that the rays hit.
-    ambient
-        The temperature of the surroundings in K.
-    """
-
-    power: Array
-    temperature: Array
-    ranges: Array
-    names: list[str]
-    ambient: float
-
-
-def explain_pyroelectric(replay: Replay, index: int) -> Explanation:
-    """Explain update `index` by the object that changed the radiation on the elements most.
-
-    Raise `AngenError` if the sensor cannot be read.
-    """
-    track = replay.track
-    signal = float(track.columns["signal"][index])
-    updates = _replay_window(replay, index, WINDOW)
-    if abs(signal) > 1.0 and updates and not _warm_objects([update for _, update in updates]):
+def explain_pyroelectric(recorded: RecordedSensor, index: int) -> Explanation:
+    """Explain update `index` by the object that changed the radiation on the elements most."""
+    parameters: PirParameters = recorded.parameters_at(index)
+    signal = recorded.track.columns["signal"][index]
+    things = _warm_objects(recorded, index, WINDOW)
+    if abs(signal) > 1.0 and not things:
         # After a movement the amplifier swings back, so the cause may be further in the past.
-        updates = _replay_window(replay, index, SWING_BACK)
-    if not updates:
-        return replay.explain_off(index)
-    parameters, now = updates[-1]
-    things = _warm_objects([update for _, update in updates])
-    cause = WarmCause(things, signal, threshold_of(parameters), now.ambient)
+        things = _warm_objects(recorded, index, SWING_BACK)
+    ambient = recorded.evidence("ambient", index)
+    cause = WarmCause(things, signal, threshold_of(parameters), ambient)
     facts = [
         ("Signal", f"{percent(signal)} of the threshold"),
-        ("Ambient", f"{now.ambient - ZERO_CELSIUS:.1f} °C"),
+        ("Ambient", f"{ambient - ZERO_CELSIUS:.1f} °C"),
     ]
     facts += [(thing.name, _warm_object_text(thing)) for thing in things[:THINGS_SHOWN]]
-    headline = _warm_headline(cause, bool(track.active[index]))
-    return replay.explanation(index, headline, tuple(facts), "", cause)
+    headline = _warm_headline(cause, bool(recorded.track.active[index]))
+    return recorded.explanation(index, headline, tuple(facts), "", cause)
 
 
-def _replay_window(
-    replay: Replay, index: int, window: float
-) -> list[tuple[PirParameters, _WarmUpdate]]:
-    """Replay about MOST_UPDATES updates, evenly from the last `window` seconds up to `index`.
+def _warm_objects(recorded: RecordedSensor, index: int, window: float) -> tuple[WarmObject, ...]:
+    """Return the objects that changed the power in the `window` (s) up to update `index`.
 
-    If the detector was switched off meanwhile, return only the updates since then.
+    The object with the greatest change is first.
     """
-    times = replay.track.times
-    first = index
-    while first > 0 and times[index] - times[first - 1] <= window + 1e-9:
-        first -= 1
-    stride = max(1, math.ceil((index - first) / MOST_UPDATES))
-    updates: list[tuple[PirParameters, _WarmUpdate]] = []
-    for at in sorted({*range(index, first - 1, -stride)}):
-        found = _replay_update(replay, at)
-        if found is None:
-            updates.clear()
-        else:
-            updates.append(found)
-    return updates
-
-
-def _replay_update(replay: Replay, index: int) -> tuple[PirParameters, _WarmUpdate] | None:
-    """Replay update `index`; return the parameters and the hits, or None if the detector is off."""
-    pending = replay.take_update(index)
-    if pending is None:
-        return None
-    parameters: PirParameters = pending.parameters
-    update = pending.update
-    emissions: list[Emission] = []
-
-    def warmth(*query: Any) -> Emission:
-        emissions.append(update.ask(WARMTH, *query))
-        return emissions[-1]
-
-    replay.runner.model.update(parameters, replace(update, scene={WARMTH: warmth}))
-    emission, seen = emissions[-1], replay.seen
-    weights = rays_of(parameters).weights
-    surroundings = STEFAN_BOLTZMANN * emission.ambient**4
-    power = weights * (radiosity(emission) - surroundings) / math.pi
-    warm = _WarmUpdate(power, emission.temperature, seen.ranges, seen.names, emission.ambient)
-    return parameters, warm
-
-
-def _warm_objects(updates: list[_WarmUpdate]) -> tuple[WarmObject, ...]:
-    """Return the objects that changed the power between updates, the greatest change first."""
-    changes: dict[str, float] = {}
-    temperatures: dict[str, list[float]] = {}
-    for old, new in pairwise(updates):
-        step: dict[str, float] = {}
-        if len(old.power) != len(new.power):
-            continue
-        delta = new.power - old.power
-        for ray in np.flatnonzero(np.abs(delta) > 0.0).tolist():
-            # The nearer of the two objects is the one that came or left.
-            nearer = old if old.ranges[ray] < new.ranges[ray] else new
-            name = nearer.names[ray]
-            step[name] = step.get(name, 0.0) + float(delta[ray])
-            temperatures.setdefault(name, []).append(float(nearer.temperature[ray]))
-        for name, change in step.items():
-            changes[name] = changes.get(name, 0.0) + abs(change)
-    found = [
-        WarmObject(name, change, float(np.mean(temperatures[name])), updates[-1].names.count(name))
-        for name, change in sorted(changes.items())
-        if name and change > 0.0
-    ]
-    return tuple(sorted(found, key=lambda thing: -thing.change))
+    times, at = recorded.track.times, index
+    found: dict[str, WarmObject] = {}
+    warmth: dict[str, tuple[float, int]] = {}
+    while at > 0 and times[index] - times[at - 1] <= window + 1e-9:
+        for name, change, temperatures, count, rays in rows_of(recorded.evidence("warm", at)):
+            total, of = warmth.get(name, (0.0, 0))
+            warmth[name] = total, of = total + temperatures, of + count
+            known = found.get(name, WarmObject(name, 0.0, 0.0, rays))
+            found[name] = replace(known, change=known.change + abs(change), temperature=total / of)
+        at -= 1
+    things = (thing for _, thing in sorted(found.items()) if thing.change > 0.0)
+    return tuple(sorted(things, key=lambda thing: -thing.change))
 
 
 def _warm_object_text(thing: WarmObject) -> str:
@@ -510,32 +327,32 @@ def _warm_headline(cause: WarmCause, active: bool) -> str:
 UNCHANGED = 1e-6
 
 
-def explain_motion(replay: Replay, index: int) -> Explanation:
-    """Explain update `index` of a motion detector of either model.
-
-    Raise `AngenError` if the sensor cannot be read.
-    """
-    pyroelectric = replay.sensor.parameters.model == "PYROELECTRIC"
-    return (explain_pyroelectric if pyroelectric else explain_range_scan)(replay, index)
+def explain_motion(recorded: RecordedSensor, index: int) -> Explanation:
+    """Explain update `index` of a motion detector of either model."""
+    pyroelectric = recorded.parameters_at(index).model == "PYROELECTRIC"
+    return (explain_pyroelectric if pyroelectric else explain_range_scan)(recorded, index)
 
 
-def lacking(replay: Replay, index: int, found: Explanation) -> Explanation:
+def lacking(recorded: RecordedSensor, index: int, found: Explanation) -> Explanation:
     """Add facts to an explanation: what must change until the detector reports motion.
 
     `found` is the explanation of update `index`. Return it with the new facts before its other
     facts.
     """
-    headline, facts = found.headline, _missing_to_fire(replay, index, found) if found.cause else []
-    held = _why_waiting(replay, index)
+    headline, facts = (
+        found.headline,
+        _missing_to_fire(recorded, index, found) if found.cause else [],
+    )
+    held = _why_waiting(recorded, index)
     if held:
         headline = f"{capital(held)}. {headline}"
         facts.insert(0, ("Output", held))
     return replace(found, headline=headline, facts=(*facts, *found.facts))
 
 
-def _why_waiting(replay: Replay, index: int) -> str:
+def _why_waiting(recorded: RecordedSensor, index: int) -> str:
     """Return why the detector cannot report movement yet, such as its warm-up; empty if it can."""
-    track, pir = replay.track, replay.sensor.parameters
+    track, pir = recorded.track, recorded.sensor.parameters
     now = track.times[index]
     on = np.flatnonzero(np.asarray(track.active)[:index])
     fell = track.times[int(on[-1]) + 1] if len(on) else -math.inf
@@ -545,34 +362,32 @@ def _why_waiting(replay: Replay, index: int) -> str:
     return waiting(pir.warm_up_time, blocking, now, fell)
 
 
-def _missing_to_fire(replay: Replay, index: int, found: Explanation) -> Facts:
-    if replay.sensor.parameters.model == "PYROELECTRIC":
+def _missing_to_fire(recorded: RecordedSensor, index: int, found: Explanation) -> Facts:
+    if recorded.sensor.parameters.model == "PYROELECTRIC":
         share = abs(found.cause.signal)
         if share > 1.0:
             return []
         text = f"the signal must exceed the threshold: it is {percent(share)} of it"
         facts = [("To fire", text)]
     else:
-        cause, lengths = found.cause, replay.lengths
+        cause, lengths = found.cause, recorded.lengths
         if cause.triggered:
             return []
-        share = cause.change / cause.threshold if cause.threshold else math.inf
-        facts = [
-            (
-                "To fire",
-                f"a range must change by more than {lengths.typed(cause.threshold)}: "
-                f"the largest change is {percent(share)} of that",
-            )
-        ]
-    return [*facts, ("Nearest movement", _nearest_movement(replay, index, found))]
+        share = percent(cause.change / cause.threshold if cause.threshold else math.inf)
+        much = f"the largest change is {share} of that"
+        if _is_noise_alone(cause, recorded.sensor.parameters):
+            much = "only noise changes the ranges"
+        limit = lengths.typed(cause.threshold)
+        facts = [("To fire", f"a range must change by more than {limit}: {much}")]
+    return [*facts, ("Nearest movement", _nearest_movement(recorded, index, found))]
 
 
-def _nearest_movement(replay: Replay, index: int, found: Explanation) -> str:
+def _nearest_movement(recorded: RecordedSensor, index: int, found: Explanation) -> str:
     """Return a text on the nearest object that moved, and on why it was not reported."""
     if index == 0:
         return "unknown at the first update"
-    before, now = replay.solid_bounds(index - 1), replay.solid_bounds(index)
-    pose = replay.pose
+    earlier, at_update = surroundings(recorded, [index - 1, index])
+    before, now, pose = earlier.bounds, at_update.bounds, at_update.pose
     moving = {
         name: now[name]
         for name in now.keys() & before.keys()
@@ -583,13 +398,13 @@ def _nearest_movement(replay: Replay, index: int, found: Explanation) -> str:
     places = {n: np.clip(pose.origin, b[0], b[1]) for n, b in moving.items()}
     away = {n: float(np.linalg.norm(place - pose.origin)) for n, place in places.items()}
     name = min(sorted(away), key=lambda n: away[n])
-    text = f"{quoted(name)}, {replay.lengths.text(away[name])} away"
-    pir = replay.sensor.parameters
+    text = f"{quoted(name)}, {recorded.lengths.text(away[name])} away"
+    pir = recorded.sensor.parameters
     if name in _noticed_names(found):
         return f"{text}: seen, but the readings change too little or too slowly"
     if away[name] > pir.range_max:
-        label = label_of(specs(replay.sensor.kind.parameters)["range_max"], pir).lower()
-        return f"{text}: beyond the {label} of {replay.lengths.typed(pir.range_max)}"
+        label = label_of(specs(recorded.sensor.kind.parameters)["range_max"], pir).lower()
+        return f"{text}: beyond the {label} of {recorded.lengths.typed(pir.range_max)}"
     if pir.model == "RANGE_SCAN":
         middle = (moving[name].mean(axis=0) - pose.origin) @ pose.axes
         beside = abs(math.atan2(-middle[0], -middle[2]))

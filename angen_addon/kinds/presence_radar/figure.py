@@ -241,6 +241,7 @@ def draw(layout: Any, context: Context, sensor: Sensor, seen: ReadingText) -> No
     found = gate_energies(text)
     needed = calibration(parameters).thresholds
     column = layout.column(align=True)
+    column.label(text="Energy of each gate, 0 to 100")
     for number, energies in enumerate(found[:BARS]):
         detects = number < parameters.gates and any(np.array(energies) > needed[:, number])
         moving, still = energies

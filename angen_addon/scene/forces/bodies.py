@@ -237,12 +237,12 @@ class ContactBodies:
         The solids of active rigid bodies, each with its object. Such a solid has no mass from the
         panel Weight on Sensors, so it weighs nothing unless physics moves it.
     keys
-        The keys in the order of `middle`, `half` and `even`.
+        The keys in the order of `middle`, `half` and `is_cubic`.
     row
         The index of each key in `keys`.
     middle, half
         The middle and half size (n, 3) of each body, as in `ContactBody`.
-    even
+    is_cubic
         Mask (n,) of the bodies whose size is the same along all axes.
     pads
         The key of each pad, by its identifier.
@@ -257,7 +257,7 @@ class ContactBodies:
         self.keys: list[Key] = []
         self.row: dict[Key, int] = {}
         self.middle, self.half = np.empty((0, 3)), np.empty((0, 3))
-        self.even = np.empty(0, bool)
+        self.is_cubic = np.empty(0, bool)
         self._supports: dict[Key, NDArray[np.intp]] = {}
         self._listing = -1
         self.pads: dict[Uid, Key] = {}
@@ -316,7 +316,7 @@ class ContactBodies:
         self.row = {key: row for row, key in enumerate(self.keys)}
         self.middle = np.array([body.middle for body in known]).reshape(-1, 3)
         self.half = np.array([body.half for body in known]).reshape(-1, 3)
-        self.even = self.half.max(axis=1, initial=0.0) == self.half.min(axis=1, initial=np.inf)
+        self.is_cubic = self.half.max(axis=1, initial=0.0) == self.half.min(axis=1, initial=np.inf)
 
     def _body(self, key: Key, original: Any) -> ContactBody:
         return self.by_key.setdefault(key, ContactBody(key, original))

@@ -146,6 +146,8 @@ def _bounds(
     largest = scales.max(axis=1, initial=0.0)[:, None]
     middle = np.einsum("nij,nj->ni", poses[:, :3, :3], bodies.middle * scales * metres)
     middle += poses[:, :3, 3]
-    half = bodies.half * np.where(bodies.even[:, None], largest, scales) * metres + MARGIN * metres
+    half = (
+        bodies.half * np.where(bodies.is_cubic[:, None], largest, scales) * metres + MARGIN * metres
+    )
     around = np.einsum("nij,nj->ni", np.abs(poses[:, :3, :3]), half)
     return middle - around, middle + around

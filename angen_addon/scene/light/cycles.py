@@ -39,13 +39,13 @@ from numpy.typing import NDArray
 
 from ....sensor_logic.model import Array, LightShare
 from ....sensor_logic.physics import luminance
-from ..changes import NEVER, LightState
 from ..instances import shown_objects
 from ..timed import has_stiff_films
 from . import engine, faces, views
+from .changes import NEVER, LightState
 from .engine import to_rec709
 from .groups import LightGroups
-from .scene import LightScene, Simulated, begins_of, contents, is_portal, quietly
+from .scene import LightScene, Simulated, contents, is_portal, quietly, reference_frames
 from .views import TWICE, Part, Picture, Seen, camera, share_out
 
 # A light scene that Cycles renders again and again, and the light in each light group.
@@ -389,7 +389,7 @@ class CyclesLight:
             # A change of power alone leaves the light of each group as it is.
             self._found.clear()
         if self._scene is not None and (
-            now != self._contents or self._reads_frame() or not self._scene.follow_frozen()
+            now != self._contents or self._reads_frame() or not self._scene.move_frozen_copies()
         ):
             self._close_scene()
         self._user, self._contents, self._stands = (scene, view_layer), now, EARLIER
@@ -462,7 +462,7 @@ class CyclesLight:
         if not batch.many:
             own = yield from self._by_few_paths(batch)
             return _light_of(batch, own.mean(2), weights, sources)
-        first, begin = begins_of(self._user[0], self._user[0].frame_float)
+        first, begin = reference_frames(self._user[0], self._user[0].frame_float)
         stops = batch.few, batch.near, batch.many
         by_few, by_more, by_many = yield from self._reference(batch, stops, state, first)
         own = yield from self._by_few_paths(batch)

@@ -23,10 +23,10 @@ import numpy as np
 
 from ....sensor_logic.model import Array, LightShare
 from ..animation import curves, is_animated
-from ..changes import POWER, tint_of
 from ..facts import present_facts
 from ..sensors import unit_scale
 from ..units import light_factor
+from .changes import POWER, tint_of
 from .materials import has_nodes
 
 # W: the power of a lamp if the power of all lamps is unknown.

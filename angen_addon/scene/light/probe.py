@@ -18,8 +18,8 @@ from ....sensor_logic.error import AngenError
 from ....sensor_logic.model import Array, LightSample
 from ....sensor_logic.physics import EFFICACY, illuminance, luminance_percent
 from ...progress import finished
-from ..changes import LightState
 from . import eevee, engine
+from .changes import LightState
 from .cycles import CyclesLight, Light, Steps
 from .scene import LightScene, quietly
 

@@ -23,13 +23,13 @@ from ....sensor_logic.kind import LIGHT
 from ....sensor_logic.kinds import KINDS
 from ...process.standalone import standard_output_silenced
 from ..animation import is_animated
-from ..changes import SEEN_OF_OBJECT, object_values
 from ..facts import facts_of
 from ..instances import is_holder, shown_in, shown_objects
 from ..marks import LIGHT_MARK
 from ..sensors import unit_scale
 from ..timed import FILM_SOURCES, INSTANCING_MODIFIERS, is_simulated
 from ..units import light_factor, peak_power
+from .changes import SEEN_OF_OBJECT, object_values
 from .materials import Panes, glass_of, glows
 
 # Simulated objects: plain objects with their present shape replace them in a light scene.
@@ -326,7 +326,7 @@ class LightScene:
         # Off in new scenes, unlike in new files.
         self.scene.eevee.use_shadows = True
 
-    def follow_frozen(self) -> bool:
+    def move_frozen_copies(self) -> bool:
         """Move the copies in `frozen` to their present poses; return False if one is outdated."""
         return all(found.follow(self._user_layer.depsgraph) for found in self.frozen)
 
@@ -522,7 +522,7 @@ def _handlers_quiet() -> Iterator[None]:
             handlers[:] = functions
 
 
-def remove_left() -> None:
+def remove_leftover_scenes() -> None:
     """Remove light scenes that remain in a file or undo step which was saved during a run."""
     if any(LIGHT_MARK in scene for scene in bpy.data.scenes):
         left = [d for group in MADE for d in getattr(bpy.data, group) if LIGHT_MARK in d]
@@ -662,20 +662,20 @@ def _has_volume(material: Any) -> bool:
     )
 
 
-def tell_begins(scene: Any, frames: Sequence[int]) -> None:
-    """Store the frames at which references of the light are traced, for `begins_of`.
+def store_part_starts(scene: Any, frames: Sequence[int]) -> None:
+    """Store the frames at which references of the light are traced, for `reference_frames`.
 
     The first is the first frame of the run. In a day, the first frame of each part follows.
     """
     scene[BEGINS] = list(frames)
 
 
-def take_begins(scene: Any) -> None:
-    """Remove the frames that `tell_begins` stored."""
+def remove_part_starts(scene: Any) -> None:
+    """Remove the frames that `store_part_starts` stored."""
     scene.pop(BEGINS, None)
 
 
-def begins_of(scene: Any, frame: float) -> tuple[int, int]:
+def reference_frames(scene: Any, frame: float) -> tuple[int, int]:
     """Return the two frames whose references of the light can be used at `frame`.
 
     They are the first frame of all, and the first frame of the part of the day that `frame` is in.

@@ -39,7 +39,7 @@ Rows = NDArray[np.intp]
 TOLERANCE = 1e-5
 # A point on an arc of half a turn leaves the straight line between the ends of the arc by at most
 # this fraction of the length of that line. Two poses cannot show a larger turn.
-BULGE = 0.5
+SAGITTA = 0.5
 # In place of an earlier row: the solid did not move, or is new.
 STANDS = -1
 
@@ -254,9 +254,9 @@ class Sweeper:
         lo, hi = now.lo.copy(), now.hi.copy()
         # A solid without bounds at the earlier step has swept nothing.
         lo[came], hi[came] = np.inf, -np.inf
-        bulge = _bulges(before, earlier, now, moved)[:, None]
-        lo[moved] = np.minimum(before.lo[earlier], now.lo[moved]) - bulge
-        hi[moved] = np.maximum(before.hi[earlier], now.hi[moved]) + bulge
+        sagitta = _sagittas(before, earlier, now, moved)[:, None]
+        lo[moved] = np.minimum(before.lo[earlier], now.lo[moved]) - sagitta
+        hi[moved] = np.maximum(before.hi[earlier], now.hi[moved]) + sagitta
         return SolidMotion(standing, lo, hi, moved)
 
     def _triangles_of(self, depsgraph: Any, geometry: Geometry, surface: Surface) -> TriangleTree:
@@ -299,7 +299,7 @@ def _rows_of(numbers: NDArray[np.int64], before: SolidsAtStep) -> Rows:
     return np.array([known.get(number, STANDS) for number in numbers.tolist()], np.intp)
 
 
-def _bulges(before: SolidsAtStep, earlier: Rows, now: SolidsAtStep, moved: Rows) -> Array:
+def _sagittas(before: SolidsAtStep, earlier: Rows, now: SolidsAtStep, moved: Rows) -> Array:
     """Return the largest distance (m,) of points of the moved solids from straight paths.
 
     It is 0 for a solid that does not rotate. `earlier` and `moved` are the rows of the m solids in
@@ -315,7 +315,7 @@ def _bulges(before: SolidsAtStep, earlier: Rows, now: SolidsAtStep, moved: Rows)
         for solids, at in ((before, earlier), (now, moved))
     ]
     farthest = np.linalg.norm(shift, axis=1) + (sizes[0] + sizes[1]) / 2.0
-    return np.where(turns, BULGE * farthest, 0.0)
+    return np.where(turns, SAGITTA * farthest, 0.0)
 
 
 def _swept_bounds(move: Movement, ends: Array) -> tuple[Array, Array]:
@@ -325,8 +325,8 @@ def _swept_bounds(move: Movement, ends: Array) -> tuple[Array, Array]:
     """
     start = seen_from(Movement(np.eye(4), np.eye(4)), move, np.zeros(1), ends)[0]
     lo, hi = _bounds(np.stack([start, ends]))
-    bulge = BULGE * float(np.linalg.norm(ends - start, axis=1).max()) if move.angle else 0.0
-    return lo - bulge, hi + bulge
+    sagitta = SAGITTA * float(np.linalg.norm(ends - start, axis=1).max()) if move.angle else 0.0
+    return lo - sagitta, hi + sagitta
 
 
 def _bounds(points: Array) -> tuple[Array, Array]:

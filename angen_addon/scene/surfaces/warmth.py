@@ -328,11 +328,11 @@ class _SeenPrints:
         plain = self._plain[row]
         if not self._spots:
             return plain
-        temperature = plain.temperature.copy()
+        left = np.zeros(len(plain.temperature))
         for (one, spots), age in zip(self._spots, passed, strict=True):
             excess = one.excess(start_of(age, one.since))
-            temperature[spots.ray] += (excess[spots.cell] * spots.weight).sum(axis=1)
-        return Emission(temperature, plain.emissivity, plain.ambient)
+            left[spots.ray] += (excess[spots.cell] * spots.weight).sum(axis=1)
+        return Emission(plain.temperature + left, plain.emissivity, plain.ambient, left)
 
 
 def kelvin(celsius: float) -> float:

@@ -12,6 +12,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from ...kind import RAYS, WARMTH, Field, Kind
 from ...model import Model, Readings, Updates
 from ...wording import OF_THRESHOLD
@@ -19,6 +21,10 @@ from .coverage import view
 from .presets import PRESETS
 from .pyroelectric import PyroelectricDetector
 from .range_scan import PYRO, SCAN, PirParameters, RangeScan
+from .scan_evidence import FIELDS as SCAN_FIELDS
+from .warm_evidence import FIELDS as WARM_FIELDS
+
+EVIDENCE = (*SCAN_FIELDS, *WARM_FIELDS)
 
 
 class MotionDetector(Model):
@@ -38,7 +44,9 @@ class MotionDetector(Model):
             self._model = parameters.model
             pyroelectric = parameters.model == "PYROELECTRIC"
             self._sensing = PyroelectricDetector() if pyroelectric else RangeScan()
-        return self._sensing.sense(parameters, updates)
+        readings = self._sensing.sense(parameters, updates)
+        evidence = {field.name: readings.evidence.get(field.name) for field in EVIDENCE}
+        return replace(readings, evidence=evidence)
 
 
 KIND = Kind(
@@ -74,6 +82,7 @@ KIND = Kind(
             **PYRO,
         ),
     ),
+    evidence=EVIDENCE,
     model=MotionDetector,
     needs={RAYS: SCAN["used_when"], WARMTH: PYRO["used_when"]},
     # At a lower rate the signal of a walker is more than 5 % too low.

@@ -18,7 +18,7 @@ from .lenses import LENSES, Zone, ZoneRays, Zones, read_table, zone_rays
 
 if TYPE_CHECKING:
     from .range_scan import PirParameters
-
+from .warm_evidence import WarmEvidence
 
 # The power on the elements, from surface temperatures.
 #
@@ -409,6 +409,7 @@ class PyroelectricDetector(Model):
         self._lens: tuple[Zones, float] = (), 0.0
         self._chain: Chain | None = None
         self._time = 0.0
+        self._evidence = WarmEvidence()
 
     def sense(self, parameters: PirParameters, updates: Updates) -> Readings:
         """Return the readings; `updates` must follow the updates of the previous call."""
@@ -416,6 +417,7 @@ class PyroelectricDetector(Model):
         if optics.lens != self._lens:
             # A change of the power caused by another lens is not movement.
             self._lens, self._chain = optics.lens, None
+            self._evidence.forget()
         answers = updates.ask(WARMTH, 0, optics.origins, optics.directions, optics.reach)
         powers = np.array([net_power(optics.weights, emission) for emission in answers.table])
         signal = self._filter(optics.response, powers[answers.rows], updates.times)
@@ -437,7 +439,8 @@ class PyroelectricDetector(Model):
         else:
             moved = self._wired.run(updates.times, triggered, *module)
         fields = {"angle_rad": None, "moved": moved, "signal": signal}
-        return Readings(moved, signal, fields, arrivals)
+        evidence = self._evidence.columns(updates, answers, optics.weights)
+        return Readings(moved, signal, fields, arrivals, evidence)
 
     def _filter(self, response: Response, power: Array, times: Array) -> Array:
         """Return, for each update, the signal of largest magnitude since the previous update.

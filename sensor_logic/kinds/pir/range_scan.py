@@ -10,8 +10,9 @@ means movement.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache, partial
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -23,6 +24,7 @@ from ...parameters import Choice, Parameters, parameter
 from ...physics import OutputTiming
 from ...wording import METRES, Lengths
 from .lenses import LENSES, read_table
+from .scan_evidence import Scan, ScanEvidence, stacked
 
 THESIS = "range scan of the Gazebo plugin from the thesis behind this extension"
 CHOSEN = "chosen: pass bands are 0.1 to 10 Hz (vendors' notes)"
@@ -348,7 +350,7 @@ class RangeScan(Model):
     """Model of one range scan. Its state is the last scan at each tilt, and its output timing."""
 
     def __init__(self) -> None:
-        self._previous: dict[int, Array] = {}
+        self._previous: dict[int, Scan] = {}
         self._output = OutputTiming()
         self._rays: dict[range, PerPose[PirParameters, _FanRays]] = {}
         # The ranges (n,) of each bundle at the last update; cleared when the parameters change.
@@ -360,10 +362,11 @@ class RangeScan(Model):
         if parameters != self._parameters:
             self._parameters, self._last = parameters, {}
         fan = fan_directions(parameters)
+        evidence = ScanEvidence(updates, parameters.threshold)
         n = len(updates)
         change, tilt = np.zeros(n), np.zeros(n, np.intp)
         if parameters.sweep == "ALL":
-            found = self._changes(parameters, updates, 0, range(len(fan)), np.arange(n))
+            found = self._changes(parameters, updates, 0, range(len(fan)), np.arange(n), evidence)
             tilt = found.argmax(axis=1)
             change = found[np.arange(n), tilt]
             tilt[change <= parameters.threshold] = 0
@@ -372,7 +375,8 @@ class RangeScan(Model):
             for one in sorted(set(tilt.tolist())):
                 which = np.flatnonzero(tilt == one)
                 scans = range(one, one + 1)
-                change[which] = self._changes(parameters, updates, one, scans, which)[:, 0]
+                found = self._changes(parameters, updates, one, scans, which, evidence)
+                change[which] = found[:, 0]
         angle = np.asarray(tilt * parameters.vertical_step, np.float64)
         moved = self._output.run(
             updates.times,
@@ -382,16 +386,24 @@ class RangeScan(Model):
             parameters.warm_up_time,
             parameters.retrigger,
         )
-        return Readings(moved, angle, {"angle_rad": angle, "moved": moved, "signal": None})
+        fields = {"angle_rad": angle, "moved": moved, "signal": None}
+        return Readings(moved, angle, fields, evidence=evidence.columns)
 
     def _changes(
-        self, parameters: PirParameters, updates: Updates, bundle: int, tilts: range, which: Index
+        self,
+        parameters: PirParameters,
+        updates: Updates,
+        bundle: int,
+        tilts: range,
+        which: Index,
+        evidence: ScanEvidence,
     ) -> Array:
         """Return the largest change of a range since the last scan at a tilt: (k, tilts) in m.
 
         The change is 0 if there was no scan at that tilt. Ranges are limited to range_min …
         range_max. `which` (k,) has the indices of the updates to scan at. `bundle` is the number by
-        which the query `RAYS` identifies rays that are cast together.
+        which the query `RAYS` identifies rays that are cast together. The evidence of these updates
+        is added to `evidence`.
         """
         rays = self._rays.setdefault(tilts, PerPose(partial(_fan_rays, tilts)))(
             parameters, updates.pose
@@ -400,12 +412,19 @@ class RangeScan(Model):
         change = np.zeros((len(which), len(tilts)))
         last, newest = self._last.get(bundle), answers.table[-1]
         stays = len(answers.table) == 1 and last is not None and np.array_equal(last, newest)
+        known = [self._previous.get(one) for one in tilts]
         if stays and not parameters.noise_sigma:
+            old = stacked(known)
+            assert old is not None
+            first, last = updates.numbers[which[[0, -1]]].tolist()
+            evidence.add(which, old, replace(old, number=first, pose=updates.pose), tilts)
+            self._keep(tilts, replace(old, number=last, pose=updates.pose))
             return change
         self._last[bundle] = np.array(newest)
         rows, ranges = answers.rows, np.asarray(answers.table)
         # A ray without a hit reads exactly range_max, without the rounding error of a sum.
         ranges = np.where(ranges >= rays.reach, parameters.range_max, ranges + parameters.range_min)
+        clean = ranges.reshape(len(ranges), len(tilts), -1)
         if parameters.noise_sigma > 0.0:
             numbers = updates.numbers[which].tolist()
             size = ranges.shape[1]
@@ -415,13 +434,30 @@ class RangeScan(Model):
         scans = ranges.reshape(len(ranges), len(tilts), -1)
         other = np.flatnonzero(rows[1:] != rows[:-1]) + 1
         change[other] = np.abs(scans[rows[other]] - scans[rows[other - 1]]).max(axis=2)
-        scan = list(scans[rows[-1]])
-        for i, one in enumerate(tilts):
-            before, first = self._previous.get(one), scans[rows[0], i]
-            if before is not None and before.shape == first.shape:
-                change[0, i] = np.abs(first - before).max()
-            self._previous[one] = scan[i]
+
+        def scan(i: int) -> Scan:
+            number, now = int(updates.numbers[which[i]]), scans[rows[i]]
+            solids = np.zeros(now.shape, np.intp)
+            if answers.hits is not None:
+                solids = answers.hits[i].met.reshape(now.shape)
+            return Scan(number, updates.pose, now, clean[answers.rows[i]], solids)
+
+        first = scan(0)
+        old = stacked(known, first)
+        if old is not None:
+            change[0] = np.abs(first.ranges - old.ranges).max(axis=1)
+        ends = [*other.tolist(), len(which)]
+        for begin, end in pairwise([0, *ends]):
+            if begin:
+                first, old = scan(begin), scan(begin - 1)
+            evidence.add(which[begin:end], old, first, tilts)
+        self._keep(tilts, scan(len(which) - 1))
         return change
+
+    def _keep(self, tilts: range, scan: Scan) -> None:
+        """Keep a scan of some tilts, with which the next scans at these tilts are compared."""
+        for i, tilt in enumerate(tilts):
+            self._previous[tilt] = scan.of_tilt(i)
 
 
 def _fan_rays(tilts: range, parameters: PirParameters, pose: Pose) -> _FanRays:

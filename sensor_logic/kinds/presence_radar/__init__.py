@@ -14,6 +14,7 @@ from ...kind import Field, Kind
 from ...radio.echoes import ECHOES
 from ...radio.properties import OWNER_PROPERTIES
 from .coverage import view
+from .gate_evidence import FIELDS as EVIDENCE
 from .parameters import RadarParameters
 from .presets import PRESETS
 from .radar import PresenceRadar
@@ -56,6 +57,7 @@ KIND = Kind(
         Field("speed_mps", str, optional=True, tip="Radial speed of each target, away positive"),
         Field("gates", str, quantity="energies", tip="Energies of each gate: moving/still"),
     ),
+    evidence=EVIDENCE,
     model=PresenceRadar,
     needs={ECHOES: ()},
     integrates="integration_time",

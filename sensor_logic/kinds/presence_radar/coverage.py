@@ -21,7 +21,6 @@ from ...radio.echoes import ECHOES
 from ...radio.substances import reflectance
 from .parameters import RadarParameters
 from .radar import (
-    CELLS,
     NEAREST,
     PERSON_BREATHING,
     PERSON_RATE,
@@ -36,6 +35,7 @@ from .radar import (
     gate_sums,
     radar_beams,
 )
+from .window import CELLS
 
 # m. Losses along the rays are known at multiples of this distance. A wall nearer behind the front
 # of a body would be inside the body.

@@ -112,8 +112,8 @@ class RadarParameters(Parameters):
     moving_energy: float = parameter(
         15.0,
         "Moving energy",
-        "The energy (0 to 100) of a walking person at the Range of moving: usually the factory "
-        "threshold of its gate",
+        "The energy (0 to 100, no unit) of a walking person at the Range of moving: usually the "
+        "factory threshold of its gate",
         minimum=1.0,
         maximum=100.0,
         source=LD2410_SERIAL,
@@ -132,8 +132,8 @@ class RadarParameters(Parameters):
     still_energy: float = parameter(
         20.0,
         "Still energy",
-        "The energy (0 to 100) of a breathing person at the Range of still: usually the factory "
-        "threshold of its gate",
+        "The energy (0 to 100, no unit) of a breathing person at the Range of still: usually the "
+        "factory threshold of its gate",
         minimum=1.0,
         maximum=100.0,
         source=LD2410_SERIAL,
@@ -155,9 +155,9 @@ class RadarParameters(Parameters):
     moving_thresholds: str = parameter(
         "50 50 40 30 20 15 15 15 15",
         "Moving thresholds",
-        "The energy (0 to 100) above which movement is detected, for each gate from gate 0. "
-        "Gates without a number have the last one. 100: never. 0: the gate is off. Datasheets: "
-        "motion sensitivity",
+        "The energy (0 to 100, no unit) above which movement is detected, for each gate from "
+        "gate 0. Gates without a number have the last one. 100: never. 0: the gate is off. "
+        "Datasheets: motion sensitivity",
         source=LD2410_SERIAL,
         short="Moving above",
     )
@@ -171,8 +171,8 @@ class RadarParameters(Parameters):
     moving_floors: str = parameter(
         "0",
         "Moving floors",
-        "The energy of movement in an empty room, for each gate from gate 0. It adds to what is "
-        "there. Gates without a number have the last one",
+        "The energy (0 to 100, no unit) of movement in an empty room, for each gate from gate 0. "
+        "It adds to what is there. Gates without a number have the last one",
         source=MEASURED,
         short="Moving floors",
     )
@@ -258,7 +258,7 @@ class RadarParameters(Parameters):
     energy_noise: float = parameter(
         0.0,
         "Energy noise",
-        "Standard deviation of the energy of each gate, on its scale to 100, beside that of floors",
+        "Standard deviation of the energy (0 to 100, no unit) of each gate, beside that of floors",
         maximum=100.0,
     )
     floor_noise: float = parameter(

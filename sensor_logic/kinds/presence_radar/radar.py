@@ -22,7 +22,9 @@ from ...model import Answers, Array, Index, Model, PerPose, Pose, Readings, Upda
 from ...physics import OutputTiming
 from ...radio.echoes import ECHOES, Echoes
 from ...radio.substances import reflectance
+from .gate_evidence import FIELDS, Received
 from .parameters import DECIBELS, FASTEST, FLOORS, NEVER, OFF, THRESHOLDS, RadarParameters
+from .window import CELLS, LOBE, hann
 
 # The standard person, who has the energies of a data sheet: as high and wide (m) as the walker of
 # coverage maps, with quiet breathing (m from peak to peak, Hz).
@@ -39,10 +41,6 @@ GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 # Rays go up to this share of the angles from the axis to the edges of the field of view, and not
 # farther from the axis than OUTERMOST (rad): rays beyond cost much and weigh little.
 BEYOND, OUTERMOST = 1.5, math.radians(78)
-# Cells of distance in a gate, each of which has its own random sum of echoes. The lobe of a Hann
-# window is two gates long on each side.
-CELLS = 4
-LOBE = 2 * CELLS
 # A Rayleigh distribution with a mean of 1 is the length of a complex number, of which both parts
 # have this standard deviation.
 UNIT_RAYLEIGH = math.sqrt(2.0 / math.pi)
@@ -252,21 +250,6 @@ def energy_of(parameters: RadarParameters, amplitudes: Array) -> Array:
 
 
 # Gates: bins of a spectrum.
-
-
-def hann(x: ArrayLike) -> Array:
-    """Return the amplitude (n,) that a bin has of a point x (n,) bins away, with a Hann window.
-
-    It is sinc(x)/(1 − x²) in the main lobe, which is two bins long on each side, and 0 beyond.
-
-    References
-    ----------
-    F. J. Harris (1978), On the use of windows for harmonic analysis, Proc. IEEE 66, section V.C.
-    """
-    x = np.abs(np.asarray(x, np.float64))
-    edge = np.abs(x - 1.0) < 1e-9
-    found = np.where(edge, 0.5, np.sinc(x) / np.where(edge, 1.0, 1.0 - x * x))
-    return np.where(x < LOBE / CELLS, found, 0.0)
 
 
 WINDOW = hann(np.arange(1 - LOBE, LOBE) / CELLS)
@@ -569,12 +552,15 @@ class Sweep:
         The amplitudes by distance.
     groups
         The groups of rays, if the module reports targets; the nearest first.
+    echoes
+        What the rays hit.
     """
 
     powers: Array
     speed: Array
     profile: Profile
     groups: tuple[EchoGroup, ...]
+    echoes: Echoes
 
 
 def sweep(parameters: RadarParameters, known: Calibration, beams: Beams, echoes: Echoes) -> Sweep:
@@ -599,7 +585,7 @@ def sweep(parameters: RadarParameters, known: Calibration, beams: Beams, echoes:
     grouped: tuple[EchoGroup, ...] = ()
     if parameters.max_targets:
         grouped = tuple(groups(parameters, known, beams, echoes.ranges, powers, speed))
-    return Sweep(powers, speed, found, grouped)
+    return Sweep(powers, speed, found, grouped, echoes)
 
 
 def groups(
@@ -698,14 +684,15 @@ class Sensed(NamedTuple):
         Whether each of them is above its threshold (n, 2, gates).
     distance
         The distance (n,) in m of what moves, else of what only breathes; NaN without a detection.
-    targets
-        The targets at each update.
+    targets, sweeps
+        The targets, and what the radar receives, at each update.
     """
 
     energies: Array
     detects: NDArray[np.bool_]
     distance: Array
     targets: list[list[Target]]
+    sweeps: list[Sweep]
 
 
 class PresenceRadar(Model):
@@ -723,6 +710,7 @@ class PresenceRadar(Model):
         self._has_started: bool | None = None
         self._distance = math.nan
         self._last: tuple[Any, Echoes, Sweep] | None = None
+        self._received: tuple[Sweep, Received] | None = None
 
     def sense(self, parameters: RadarParameters, updates: Updates) -> Readings:
         """Return the readings; `updates` must continue those of the previous call."""
@@ -736,10 +724,32 @@ class PresenceRadar(Model):
             for first in range(0, len(updates), size)
         ]
         reported, above, read = map(np.concatenate, list(zip(*parts, strict=True))[:3])
-        found = Sensed(reported, above, read, [one for part in parts for one in part.targets])
+        targets = [one for part in parts for one in part.targets]
+        found = Sensed(reported, above, read, targets, [s for part in parts for s in part.sweeps])
         presence = self._presence(parameters, updates.times, np.any(above, axis=2))
         distance = self._distances(parameters, presence, found.distance)
-        return _readings(updates.due, presence, distance, found)
+        evidence = self._evidence(parameters, updates, presence, found)
+        return replace(_readings(updates.due, presence, distance, found), evidence=evidence)
+
+    def _evidence(
+        self,
+        parameters: RadarParameters,
+        updates: Updates,
+        presence: NDArray[np.bool_],
+        found: Sensed,
+    ) -> dict[str, list[Any]]:
+        """Return the evidence of the updates that are due, by field."""
+        beams, _ = self._set_up(parameters, updates.pose)
+        rows = []
+        for i in np.flatnonzero(updates.due).tolist():
+            seen = found.sweeps[i]
+            if self._received is None or self._received[0] is not seen:
+                of = seen.echoes, seen.powers, seen.speed, seen.profile.gates, beams.weight
+                self._received = seen, Received(parameters, *of, updates.name_of)
+            # Without an earlier movement, the still energies do not count.
+            detects = found.detects[i] & np.array([[True], [presence[i]]])
+            rows.append(self._received[1].evidence(found.energies[i], detects))
+        return {field.name: [row[field.name] for row in rows] for field in FIELDS}
 
     def _sensed(
         self, parameters: RadarParameters, updates: Updates, answers: Answers, part: slice
@@ -767,7 +777,8 @@ class PresenceRadar(Model):
             made = find_targets(parameters, known, one, each)
             for k, list_of, noise in zip(which.tolist(), made, each.targets, strict=True):
                 targets[k] = _with_noise(parameters, list_of, noise)
-        return Sensed(reported, detects, distance, targets)
+        sweeps = [seen[row] for row in where.tolist()]
+        return Sensed(reported, detects, distance, targets, sweeps)
 
     def _sweep(self, parameters: RadarParameters, pose: Pose, echoes: Echoes) -> Sweep:
         """Return what the radar receives, again for the echoes of the update before.

@@ -14,6 +14,7 @@ from ...kind import WARMTH, Field, Kind
 from .array import ThermalArray
 from .coverage import view
 from .parameters import ThermalArrayParameters
+from .pixel_evidence import FIELDS
 from .presets import PRESETS
 
 OCCUPIED = Field(
@@ -67,6 +68,7 @@ KIND = Kind(
             tip="Temperatures of all pixels, row by row from the upper left, with semicolons",
         ),
     ),
+    evidence=FIELDS,
     model=ThermalArray,
     needs={WARMTH: ()},
     in_room=True,

@@ -14,12 +14,13 @@ from numpy.typing import NDArray
 
 from ...geometry.pixels import lattice_cells, pixel_directions
 from ...kind import WARMTH
-from ...model import Array, Index, Model, PerPose, Pose, Readings, Updates
+from ...model import Array, Model, PerPose, Pose, Readings, Updates, joined_readings
 from ...physics import STEFAN_BOLTZMANN, OutputTiming, radiosity
 from ...warmth_left import WarmthLeft
 from ...wording import ZERO_CELSIUS
 from .device import Device, RunningMean
 from .parameters import ThermalArrayParameters
+from .pixel_evidence import PixelEvidence
 
 # m. The length of the rays; beyond it everything has the ambient temperature.
 SIGHT = 50.0
@@ -146,21 +147,28 @@ class ThermalArray(Model):
         self._mean, self._device = RunningMean(), Device()
         self._output = OutputTiming()
         self._left = WarmthLeft()
+        self._evidence = PixelEvidence()
         self._time = math.nan
 
     def sense(self, parameters: ThermalArrayParameters, updates: Updates) -> Readings:
         """Return the readings; `updates` must continue those of the previous call."""
         count = len(updates)
         size = max(1, AT_ONCE // (parameters.columns * parameters.rows * parameters.rays))
-        parts = [np.arange(i, min(i + size, count)) for i in range(0, count, size)]
-        means = [self._means(parameters, updates, which) for which in parts]
+        parts = [updates.part(i, min(i + size, count)) for i in range(0, count, size)]
+        return joined_readings([self._sense_part(parameters, part) for part in parts])
+
+    def _sense_part(self, parameters: ThermalArrayParameters, updates: Updates) -> Readings:
+        rays = self._rays(parameters, updates.pose)
+        answers = updates.ask(WARMTH, 0, *rays, updates.times, self._left)
+        shape = parameters.columns * parameters.rows, parameters.rays
+        means = np.array([radiosity(hits).reshape(shape).mean(axis=1) for hits in answers.table])
         steps = np.diff(updates.times, prepend=self._time)
         steps[~np.isfinite(steps)] = 0.0
         self._time = float(updates.times[-1])
-        settled = self._settling.run(np.concatenate(means), steps, parameters.settling_time)
+        settled = self._settling.run(means[answers.rows], steps, parameters.settling_time)
         seen = celsius(self._mean.run(settled, parameters.mean_of))
         frames = self._device.publish(parameters, updates, seen)
-        _, warm = self._background.run(parameters, frames, steps)
+        background, warm = self._background.run(parameters, frames, steps)
         count = np.count_nonzero(warm, axis=1)
         enough = count >= parameters.min_pixels
         occupied = self._output.run(updates.times, enough, parameters.hold_time, 0.0, 0.0)
@@ -172,17 +180,9 @@ class ThermalArray(Model):
             "mean_c": frames.mean(axis=1),
             "frame_c": [frame_text(f) for f in frames] if parameters.keep_frames else None,
         }
-        return Readings(occupied, highest, fields)
-
-    def _means(self, parameters: ThermalArrayParameters, updates: Updates, which: Index) -> Array:
-        """Return the mean radiosity (k, pixels) in W/m² at the updates with the indices `which`."""
-        rays = self._rays(parameters, updates.pose)
-        times, some = updates.times[which], which if len(which) < len(updates) else None
-        answers = updates.ask(WARMTH, 0, *rays, times, self._left, which=some)
-        shape = parameters.columns * parameters.rows, parameters.rays
-        means = np.array([radiosity(hits).reshape(shape).mean(axis=1) for hits in answers.table])
-        found: Array = means[answers.rows]
-        return found
+        seen_in = parameters, updates, answers
+        evidence = self._evidence.columns(*seen_in, frames, background, warm)
+        return Readings(occupied, highest, fields, evidence=evidence)
 
 
 def frame_text(frame: Array) -> str:

@@ -185,7 +185,7 @@ def test_every_format_takes_it(world, sensor, kind, tmp_path, addon_part):
 
 
 def test_the_plan_has_it(world, sensor, kind, addon_part):
-    (storey,) = addon_part("angen_addon.plan").storeys(world.scene, world.sensors(), 1)
+    (storey,) = addon_part("angen_addon.plan.storeys").storeys(world.scene, world.sensors(), 1)
     (placed,) = storey.sensors
     assert placed.name == "new" and math.isfinite(placed.height)
     assert len(placed.beams) == (1 if kind == "RANGER" else 0)

@@ -28,7 +28,7 @@ from ..runtime.simulation import Progress, simulate, unrecorded
 from ..runtime.time_base import ends_before_time, outside_scene
 from ..scene.lengths import lengths_of
 from ..scene.sensors import Sensor, all_sensors, simulated
-from .console import note, write_message
+from .console import ProgressText, note, write_message
 
 # Advice before a run, on standard error.
 
@@ -96,8 +96,6 @@ def _advise_on_parameters(sensors: list[Sensor]) -> None:
 
 # Progress on standard error: on a terminal one line that changes, else a line every 10 s.
 
-TERMINAL_INTERVAL_S = 0.2
-LOG_INTERVAL_S = 10.0
 # A smaller rate would be shown as 0.
 SHOWN_RATE = 0.05
 
@@ -106,11 +104,9 @@ class ProgressLine:
     """Prints the progress, speed and time left of a run."""
 
     def __init__(self, stream: TextIO, quiet: bool) -> None:
-        self._stream = stream
-        self._quiet = quiet
-        self._terminal = stream.isatty()
-        self._start = self._shown = time.perf_counter()
-        self._drawn = False
+        self._stream, self._quiet = stream, quiet
+        self._text = ProgressText(quiet, stream)
+        self._start = time.perf_counter()
         self._left = TimeLeft()
         self._announced = {""}
         self._last: Progress | None = None
@@ -119,32 +115,23 @@ class ProgressLine:
         """Print the progress, if the last print was long enough ago or a slow step begins."""
         self._left.note(progress.share)
         self._last = progress
-        now = time.perf_counter()
-        interval = TERMINAL_INTERVAL_S if self._terminal else LOG_INTERVAL_S
         # A slow step is announced when it begins; off a terminal, only the first time.
-        news = bool(progress.doing) if self._terminal else progress.doing not in self._announced
-        if self._quiet or (now - self._shown < interval and not news):
+        is_known = progress.doing in self._announced and not self._text.in_terminal
+        if not self._text.is_due(bool(progress.doing) and not is_known):
             return
         self._announced.add(progress.doing)
-        self._shown = now
-        elapsed = now - self._start
-        rate = progress.seconds_done / elapsed
-        left = self._left.text()
-        share = 100 * progress.share
-        parts = [f"frame {progress.frame:g}", f"{share:.0f} %"]
+        rate = progress.seconds_done / (time.perf_counter() - self._start)
+        parts = [f"frame {progress.frame:g}", f"{100 * progress.share:.0f} %"]
         if rate >= SHOWN_RATE:
             parts.append(f"{rate:.{0 if rate >= 10 else 1}f} times real time")
-        text = ", ".join(filter(None, [*parts, left, progress.doing]))
-        self._drawn = self._terminal
-        write_message(f"\r{text:<70}" if self._terminal else f"{text}\n", self._stream)
+        self._text.write(", ".join(filter(None, [*parts, self._left.text(), progress.doing])))
 
     def finish(self, seconds: float, updates: int) -> None:
         """Print the last line: how much was simulated, and how fast.
 
         `seconds` is the simulated time, and `updates` the number of recorded updates.
         """
-        if self._drawn:
-            write_message("\r" + " " * 70 + "\r", self._stream)
+        self._text.clear()
         if self._quiet:
             return
         elapsed = max(time.perf_counter() - self._start, 1e-9)

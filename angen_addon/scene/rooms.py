@@ -17,9 +17,10 @@ from mathutils.bvhtree import BVHTree
 from numpy.typing import NDArray
 
 from ...sensor_logic.model import Array
-from ..scene.marks import COVERAGE_MARK
-from ..scene.rays.geometry import faces_along
-from ..scene.sensors import (
+from .first_surface import belongs_to, first_surface
+from .marks import COVERAGE_MARK
+from .rays.geometry import faces_along
+from .sensors import (
     NotPlaced,
     is_placed,
     noted_room,
@@ -28,7 +29,6 @@ from ..scene.sensors import (
     room_of_collections,
     unit_scale,
 )
-from .surfaces import belongs_to, first_surface
 
 Mask = NDArray[np.bool_]
 

@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Texts of evidence: the objects that decided a reading, each with its share.
+
+A recording stores such a text for each reading; *Explain* reads it.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .arrays import Index
+from .model import Answers
+
+
+def rows_text(rows: Iterable[Sequence[Any]]) -> str:
+    """Return rows, each with an object's name and numbers, as a text; empty without rows."""
+    found = [list(row) for row in rows]
+    return json.dumps(found, ensure_ascii=False, separators=(",", ":")) if found else ""
+
+
+def rows_of(text: str) -> tuple[tuple[Any, ...], ...]:
+    """Return the rows that `rows_text` has written."""
+    return tuple(map(tuple, json.loads(text or "[]")))
+
+
+def names_hit(
+    answers: Answers, ray: Index, hit: NDArray[np.bool_], name_of: Callable[[int], str]
+) -> NDArray[np.object_]:
+    """Return the name of the object that one ray hits at each of n updates; empty without a hit.
+
+    Parameters
+    ----------
+    answers
+        The answers to a query that casts rays, with a table of t answers.
+    ray
+        For each answer in the table, the number (t,) of the ray.
+    hit
+        Whether that ray hits anything (t,).
+    name_of
+        A function that returns the name of the solid with a number.
+    """
+    if answers.hits is None:
+        return np.full(len(answers.rows), "", object)
+    table = answers.hits.table
+    pairs = answers.rows * len(table) + answers.hits.rows
+    found, where = np.unique(pairs, return_inverse=True)
+    names = [
+        name_of(int(table[hits].met[ray[row]])) if hit[row] else ""
+        for row, hits in (divmod(pair, len(table)) for pair in found.tolist())
+    ]
+    return np.array(names, object)[where]

@@ -101,6 +101,21 @@ def test_a_seat_a_bed_and_the_door_between_them(flat, addon_part):
     assert unreached(found) == []
 
 
+def test_marks_that_a_day_cannot_use_are_told_with_the_way_out(world, addon_part):
+    """A door in an instance has no leaf to turn; marks inside an instance are not of this scene."""
+    flat = Flat(world)
+    flat.chair.angen_place.use = "SIT"
+    leaf = world.aside("leaf", flat.door())
+    door = world.instance("Door of an asset", leaf)
+    door.angen_place.use = "DOOR"
+    (problem,) = flat.read(addon_part).problems
+    assert problem.startswith("'Door of an asset': it is an instance") and "Make Insta" in problem
+    bpy.data.objects.remove(door)
+    world.instance("Home", world.aside("home", *bpy.context.scene.objects))
+    with pytest.raises(error, match="the marks of 'Seat' are in instances"):
+        flat.read(addon_part)
+
+
 @pytest.mark.parametrize("scale", [(1, 1, 1), (0.5, 2, 3), (-1, 1, 1), (1, 1, -1)])
 def test_a_leaf_that_is_scaled_or_mirrored_is_the_same_door(world, addon_part, scale):
     flat = Flat(world)

@@ -12,7 +12,7 @@ from bl_ext.user_default.angen_sensors.angen_addon.doctor import Examined
 from bl_ext.user_default.angen_sensors.angen_addon.output.describe import describe
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.state import CACHE as cache
 from bl_ext.user_default.angen_sensors.angen_addon.scene.sensors import known_rooms as known
-from bl_ext.user_default.angen_sensors.residents.acting.reach import unreached
+from bl_ext.user_default.angen_sensors.residents.acting.unreached_places import unreached
 from bl_ext.user_default.angen_sensors.residents.blender.places import read_places
 from bl_ext.user_default.angen_sensors.residents.blender.standing import AngenError as error
 from mathutils import Matrix, Vector

@@ -23,6 +23,7 @@ from ..angen_addon.recording.stored_recording import StoredRecording, settings_o
 from ..angen_addon.runtime import state
 from ..angen_addon.runtime.simulation import Progress, simulate
 from ..angen_addon.runtime.time_base import ends_before_time, frames_to_run, outside_scene
+from ..angen_addon.scene import outputs
 from ..angen_addon.scene.sensors import Sensor, all_sensors, simulated
 from ..sensor_logic.error import AngenError
 from ..sensor_logic.kind import LIGHT
@@ -261,7 +262,7 @@ class ANGEN_OT_simulate(LongWork, Operator):
             return False
         frame = scene.frame_current + scene.frame_subframe
         if self._recording.covers(frame):
-            state.show_recorded(self._recording, all_sensors(context.view_layer), frame)
+            outputs.show_recorded(self._recording, all_sensors(context.view_layer), frame)
             # Update drivers now: a later update would make the recording stale.
             context.view_layer.update()
         lacking.look(context.view_layer)

@@ -23,6 +23,7 @@ from ..runtime.probes import Probes
 from ..runtime.sensor_runner import PendingUpdates, SensorRunner
 from ..runtime.time_base import evaluated_depsgraph
 from ..runtime.trace import Hits, NotRecorded, Trace
+from ..scene import outputs
 from ..scene.sensors import Sensor, all_sensors, read_pose
 from .facts import Explanation
 from .recorded import RecordedSensor
@@ -51,7 +52,7 @@ class Replay(RecordedSensor):
         self._trace.keeps = True
         self._probes = probes or Probes(scene)
         self._probes.set_sensors([sensor])
-        self._driven = all_sensors(bpy.context.view_layer) if state.are_driven() else []
+        self._driven = all_sensors(bpy.context.view_layer) if outputs.are_driven() else []
 
     @property
     def probes(self) -> Probes:
@@ -189,9 +190,9 @@ class Replay(RecordedSensor):
             until = frame - 1.0 if sensor.kind.requires_forces else frame
             last = bisect_left(track.frames, until) - 1
             if last < 0:
-                state.show(sensor, False, 0.0)
+                outputs.show(sensor, False, 0.0)
             else:
-                state.show(sensor, bool(track.active[last]), track.value[last])
+                outputs.show(sensor, bool(track.active[last]), track.value[last])
 
 
 class Recalled(Replay):
@@ -254,7 +255,7 @@ def replaying(scene: Any, sensor: Sensor, recording: Recording) -> Iterator[Repl
                 replay.probes.close()
             with suppress(ReferenceError):
                 for other, active, value in before:
-                    state.show(other, active, value)
+                    outputs.show(other, active, value)
                 scene.frame_set(frame, subframe=subframe)
                 # Evaluate now: later, the restored frame and outputs would count as an edit.
                 view_layer.update()

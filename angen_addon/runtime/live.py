@@ -17,6 +17,7 @@ from ...sensor_logic.error import AngenError
 from ...sensor_logic.kind import Field
 from ...sensor_logic.model import Reading
 from ..progress import Doing, Work, finished
+from ..scene import outputs
 from ..scene.instances import Uid
 from ..scene.light.probe import LightRequest
 from ..scene.sensors import Sensor, all_sensors, check, simulated
@@ -445,7 +446,7 @@ class Live:
     def _restore_outputs(self) -> list[bool]:
         """Write the last readings to outputs that differ; return whether each `active` changed."""
         return [
-            state.show(runner.sensor, published.reading.active, published.reading.value)
+            outputs.show(runner.sensor, published.reading.active, published.reading.value)
             for runner in self._runners
             if (published := self.readings.get(runner.sensor.name)) is not None
         ]
@@ -464,7 +465,7 @@ class Live:
             self.problems[sensor.name] = f"'{sensor.name}': {problem}"
         else:
             self.problems.pop(sensor.name, None)
-        return self._publishes and state.show(sensor, reading.active, reading.value)
+        return self._publishes and outputs.show(sensor, reading.active, reading.value)
 
 
 def as_exact(request: LightRequest, reference: int) -> LightRequest:

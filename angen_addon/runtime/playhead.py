@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 from ...sensor_logic.kind import LIGHT, Field
 from ...sensor_logic.model import Reading
 from ...sensor_logic.recording.tracks import Recording
+from ..scene import outputs
 from ..scene.sensors import Sensor
 from . import state
 from .live import has_reading
@@ -77,7 +78,7 @@ def show_recorded(scene: Any, view_layer: Any) -> bool:
     recording = fresh_recording(scene)
     if recording is not None:
         frame = scene.frame_current + scene.frame_subframe
-        state.show_recorded(recording, state.CACHE.sensors(view_layer), frame)
+        outputs.show_recorded(recording, state.CACHE.sensors(view_layer), frame)
     return recording is not None
 
 
@@ -110,7 +111,7 @@ class Playhead:
             if self._is_recorded
             else self._live_reading(sensor, quantity)
         )
-        if sensor.holders or not state.output_curves(sensor.object):
+        if sensor.holders or not outputs.output_curves(sensor.object):
             return found
         keys = Reading(sensor.settings.active, sensor.settings.value, {})
         if found.reading is None and not found.problem:
@@ -134,7 +135,7 @@ class Playhead:
             name, published = sensor.name, self._live.readings.get(sensor.name)
             found = (published, self._live.problems.get(name), self._live.why_unlit(sensor))
             read_at = published.frame if published is not None else self.frame
-        keyed = not sensor.holders and state.output_curves(sensor.object)
+        keyed = not sensor.holders and outputs.output_curves(sensor.object)
         fresh = 0.0 <= self.seconds(self.frame - read_at) < least_age and not keyed
         return self._is_recorded, self._nothing, self._old, found, None if fresh else self.frame
 

@@ -21,6 +21,7 @@ from ...sensor_logic.clock import Clock
 from ...sensor_logic.error import AngenError, explained
 from ...sensor_logic.model import Index
 from ...sensor_logic.recording.tracks import Recording, Track
+from ..scene import outputs
 from ..scene.sensors import Sensor, all_sensors, check, check_names, report_steps, simulated
 from . import handlers, state, stillness
 from .moving_scene import MovingScene, moving_scene
@@ -158,7 +159,7 @@ def unrecorded(sensors: Sequence[Sensor]) -> list[Sensor]:
     """
     given = {sensor.uid for sensor in sensors}
     others = simulated(all_sensors(bpy.context.view_layer))
-    return [s for s in state.read_by_drivers(others) if s.uid not in given]
+    return [s for s in outputs.read_by_drivers(others) if s.uid not in given]
 
 
 class _Run:
@@ -356,7 +357,7 @@ class _Run:
                 self._follow(pending.runner)
         # Drivers see the new outputs from the next frame on.
         if driven:
-            state.show(sensor, bool(readings.active[-1]), float(readings.value[-1]))
+            outputs.show(sensor, bool(readings.active[-1]), float(readings.value[-1]))
 
 
 def _group_unchanged(steps: Index, fresh: NDArray[np.bool_]) -> Iterator[tuple[list[int], bool]]:
@@ -387,16 +388,16 @@ def _idle_outputs(runners: list[SensorRunner]) -> Iterator[bool]:
 
     If no driver reads outputs, do nothing. Yield whether any driver does.
     """
-    if not state.are_driven():
+    if not outputs.are_driven():
         yield False
         return
     sensors = [runner.sensor for runner in runners]
     before = [(sensor, sensor.settings.active, sensor.settings.value) for sensor in sensors]
     for sensor in sensors:
-        state.show(sensor, False, 0.0)
+        outputs.show(sensor, False, 0.0)
     try:
         yield True
     finally:
         with suppress(ReferenceError):
             for sensor, active, value in before:
-                state.show(sensor, active, value)
+                outputs.show(sensor, active, value)

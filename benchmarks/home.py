@@ -20,6 +20,7 @@ from typing import Any
 
 import bpy
 from angen_sensors.angen_addon.runtime import state
+from angen_sensors.angen_addon.scene import memory
 
 from .common import (
     HOME,
@@ -169,7 +170,7 @@ def measure_live(quick: bool) -> dict[str, Any]:
 def _live_case(kinds: tuple[str, ...], rounds: int) -> dict[str, Any]:
     scene = open_home()
     enable_only(kinds)
-    state.CACHE.clear()
+    memory.forget_file()
     bpy.context.view_layer.update()
     pairs = [(_played(scene, False), _played(scene, True)) for _ in range(rounds)]
     plain, live = zip(*pairs, strict=True)

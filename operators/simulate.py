@@ -19,6 +19,7 @@ from bpy.types import Context, Event, Operator
 
 from ..angen_addon.advice import lacking
 from ..angen_addon.progress import Doing, Enough, Work
+from ..angen_addon.recording.references import REFERENCES
 from ..angen_addon.recording.stored_recording import StoredRecording, settings_of, stored_run
 from ..angen_addon.runtime import state
 from ..angen_addon.runtime.simulation import Progress, simulate
@@ -219,7 +220,7 @@ class ANGEN_OT_simulate(LongWork, Operator):
         self._references = {}
         if any(sensor.kind.requires(LIGHT) for sensor in plan.sensors):
             depsgraph = context.evaluated_depsgraph_get()
-            self._references = state.CACHE.references.of(scene, depsgraph)
+            self._references = REFERENCES.of(scene, depsgraph)
         what = scene, plan.sensors, plan.first, plan.last, self._recording
         run = simulate(*what, references=self._references)
         self._settings = settings_of(scene, all_sensors(context.view_layer), plan.sensors)
@@ -270,7 +271,7 @@ class ANGEN_OT_simulate(LongWork, Operator):
         stored = stored_run(self._recording, scene, depsgraph)
         stored.note_begin(self._settings)
         if not stored.stale:
-            state.CACHE.references.keep(scene, depsgraph, stored.fingerprint, self._references)
+            REFERENCES.keep(scene, depsgraph, stored.fingerprint, self._references)
         former = state.CACHE.kept(scene)
         state.CACHE.keep(scene, stored)
         first, last = self._recording.frame_start, self._recording.frame_end

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import bpy
 from bpy.types import Context, Panel, Scene, UILayout
 
+from ..angen_addon.advice import lacking
 from ..angen_addon.advice.sensing import background_sets
 from ..angen_addon.recording.followed_scene import THIS_BLENDER, version_text
 from ..angen_addon.runtime import state
@@ -90,7 +91,7 @@ def draw_frames(layout: UILayout, scene: Scene) -> None:
 
 def draw_lacking(layout: UILayout) -> None:
     """Draw warnings of missing files and data, without which readings are wrong."""
-    lacks = state.CACHE.lacks
+    lacks = lacking.found
     if not lacks:
         return
     for text in lacks[:SHOWN_LACKS]:

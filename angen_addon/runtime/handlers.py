@@ -16,7 +16,7 @@ from bpy.app.handlers import persistent
 
 from ..advice import lacking
 from ..recording import store as recording_store
-from ..scene import facts
+from ..scene import facts, memory
 from ..scene.former_choices import replace_former_choices
 from ..scene.light.changes import SHADING
 from ..scene.light.scene import remove_leftover_scenes
@@ -34,10 +34,14 @@ BUSY = 1.0
 # s: pause between measuring the light of two sensors, in which the window can react.
 NEXT = 0.02
 
+# When a frame was last shown, by `time.monotonic`.
+_shown_at = 0.0
+
 
 def schedule_sensing() -> None:
     """Start the timer that senses once the playhead rests and the user drags nothing."""
-    state.CACHE.shown_at = time.monotonic()
+    global _shown_at
+    _shown_at = time.monotonic()
     if not bpy.app.background and not bpy.app.timers.is_registered(_sense_at_rest):
         bpy.app.timers.register(_sense_at_rest, first_interval=REST)
 
@@ -56,7 +60,7 @@ def _sense_at_rest() -> float | None:
     ):
         # No live readings are shown.
         return None
-    idle = time.monotonic() - state.CACHE.shown_at
+    idle = time.monotonic() - _shown_at
     if idle < REST:
         return REST - idle
     if state.CACHE.running or _is_busy():
@@ -208,8 +212,8 @@ def _is_edit(update: Any) -> bool:
 
 @persistent
 def before_load(*_: Any) -> None:
-    """Empty the cache before another file opens."""
-    state.CACHE.clear()
+    """Forget what is kept in memory of the open file, before another file opens."""
+    memory.forget_file()
 
 
 @persistent
@@ -238,7 +242,7 @@ def after_import(*_: Any) -> None:
 @persistent
 def before_undo(*_: Any) -> None:
     """Remove all references to Blender's data, because undo or redo will replace that data."""
-    state.CACHE.forget_references()
+    memory.forget_references()
 
 
 @persistent
@@ -348,11 +352,11 @@ def register() -> None:
 
 
 def unregister() -> None:
-    """Remove the handlers, and empty the cache."""
+    """Remove the handlers, and forget what is kept in memory of the open file."""
     for name, handler in HANDLERS:
         registered = getattr(bpy.app.handlers, name)
         if handler in registered:
             registered.remove(handler)
     cancel_sensing()
     facts.forget_types()
-    state.CACHE.clear()
+    memory.forget_file()

@@ -14,8 +14,8 @@ from typing import Any, Protocol
 from ...sensor_logic.recording.tracks import Recording
 from ..recording.followed_map import FollowedMap, FollowedResult
 from ..recording.followed_scene import FollowedScene
-from ..recording.references import LightReferences
 from ..recording.stored_recording import StoredRecording
+from ..scene import memory
 from ..scene.outputs import are_driven
 from ..scene.sensors import Sensor, all_sensors
 
@@ -47,41 +47,16 @@ class Cache:
         Whether a run is changing the frame. Handlers do nothing meanwhile.
     publishing
         Whether the run is evaluating the drivers that read outputs.
-    working
-        The progress of a long operator: its identifier, the part done from 0 to 1, and a text of
-        two lines. None while no such operator runs.
     live
         The live sensors, which sense at the playhead where there is no recording.
-    shown_at
-        When a frame was last shown, by `time.monotonic`.
     notice
         A notice to the user about a recording in the file.
-    lacks
-        Texts on things that the file needs and this computer does not have, such as missing files.
-    overlay
-        The drawing of the sensors in the viewport.
-    findings
-        The findings of the doctor, which checks the scene for mistakes; None before its first run.
-    places
-        The findings on the places that residents use, as a summary and as lines.
-    arrows
-        The drawing of these places in the viewport.
-    references
-        The light references of the last run, for reuse in the next one. They are pictures with many
-        light paths, by which noisy readings are corrected.
     """
 
     def __init__(self) -> None:
         self.running = self.publishing = False
-        self.working: tuple[str, float, str] | None = None
         self.live: Any = None
-        self.shown_at = 0.0
         self.notice = ""
-        self.lacks: list[str] = []
-        self.overlay: Any = None
-        self.findings: tuple[Any, ...] | None = None
-        self.places: tuple[str, tuple[str, ...]] | None = None
-        self.arrows: Any = None
         # See `revision`.
         self._revision = 0
         # The listed sensors, with the view layer and the revision of the list.
@@ -92,7 +67,6 @@ class Cache:
         # Results other than recordings, by the session uid of their scene and by their class.
         self._results: dict[tuple[int, type[FollowedResult]], FollowedResult] = {}
         self._listeners: weakref.WeakSet[Listener] = weakref.WeakSet()
-        self.references = LightReferences()
         # The session uid of a scene and its light readings from before an undo.
         self._light: tuple[int, dict[str, Any]] = (0, {})
 
@@ -279,7 +253,6 @@ class Cache:
             # Undo does not change what was measured, and measuring light takes long.
             self._light = self.live.scene_uid, self.live.light_readings()
         self.live = None
-        self.overlay = self.arrows = None
         self._revision += 1
         self._sensors = None, []
         self._listeners = weakref.WeakSet()
@@ -288,14 +261,10 @@ class Cache:
 
     def clear(self) -> None:
         """Empty the cache, because another file opens."""
-        self.forget_references()
         self._light = 0, {}
         self._kept.clear()
         self._results.clear()
-        self.references = LightReferences()
-        self.lacks = []
         self.notice = ""
-        self.findings = self.places = None
 
 
 def _bytes_of(recordings: Iterable[StoredRecording]) -> int:
@@ -311,3 +280,5 @@ def _have_their_names(sensors: list[Sensor]) -> bool:
 
 
 CACHE = Cache()
+memory.forgets_at_undo(CACHE.forget_references)
+memory.forgets_at_load(CACHE.clear)

@@ -13,6 +13,7 @@ from ...sensor_logic.kind import Field, Kind
 from ...sensor_logic.model import NOT_YET, Reading
 from ...sensor_logic.physics import waiting
 from ...sensor_logic.wording import NOTHING, capital
+from .. import progress
 from ..runtime import playhead, state
 from ..runtime.live import LIGHT_AT_REST, LIGHT_BEFORE
 from ..runtime.playhead import Playhead, PlayheadReading
@@ -87,8 +88,9 @@ class ReadingTexts:
             return ReadingText("Off", OFF)
         if state.CACHE.running:
             # During a run the readings belong to the frame before it.
-            what = state.CACHE.working
-            text = "Measuring" if what and what[0] == "angen.measure_light" else "Simulating"
+            work = progress.working
+            measures = work is not None and work.operator == "angen.measure_light"
+            text = "Measuring" if measures else "Simulating"
             return ReadingText(text, UNKNOWN, brief=NOTHING)
         quantity = sensor.reading
         found = self._playhead.of(sensor, quantity)

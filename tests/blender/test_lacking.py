@@ -10,7 +10,7 @@ from pathlib import Path
 
 import bpy
 import pytest
-from bl_ext.user_default.angen_sensors.angen_addon.runtime.state import CACHE
+from bl_ext.user_default.angen_sensors.angen_addon.advice import lacking
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.state import CACHE as cache
 from commands import module
 from tiers import mostly_slow
@@ -36,7 +36,7 @@ def open_again(tmp_path):
 @pytest.fixture
 def panel():
     """Return the sidebar's texts on missing parts."""
-    return lambda: " ".join(CACHE.lacks)
+    return lambda: " ".join(lacking.found)
 
 
 @pytest.fixture

@@ -9,6 +9,7 @@ import bpy
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.progress import Enough
 from bl_ext.user_default.angen_sensors.angen_addon.runtime import handlers, probes, state
+from bl_ext.user_default.angen_sensors.angen_addon.scene import memory
 from bl_ext.user_default.angen_sensors.angen_addon.scene.light import probe
 from bl_ext.user_default.angen_sensors.angen_addon.view import readings
 from bl_ext.user_default.angen_sensors.angen_addon.view.overlay import labels
@@ -124,7 +125,7 @@ def test_scrubbing_shows_what_was_measured_and_how_old_it_is(world, lamp, monkey
     run.
     """
     recorded = world.series(world.run(), "lux", "illuminance_lux")
-    state.CACHE.clear()
+    memory.forget_file()
     calls = counted(monkeypatch)
     world.scene.angen_live = True
     world.update()
@@ -169,7 +170,7 @@ def test_at_rest_as_many_paths_are_traced_as_a_reference_has(world, lamp):
     few = world.series(world.run(1, 1), "lux", "illuminance_lux")[0]
     assert few != pytest.approx(exact, rel=0.01)
     world.scene.angen_light_reference = 1024
-    state.CACHE.clear()
+    memory.forget_file()
     world.scene.angen_live = True
     world.scene.frame_set(1)
     state.CACHE.live.measure_waiting(world.scene, bpy.context.view_layer)
@@ -254,7 +255,7 @@ def test_what_was_pending_does_not_overwrite_a_recording(world, lamp, monkeypatc
     before = told(world)
     assert before.recorded and before.fields["illuminance_lux"] == pytest.approx(recorded)
     calls = counted(monkeypatch)
-    state.CACHE.shown_at = 0.0
+    handlers._shown_at = 0.0
     assert handlers._sense_at_rest() is None and not calls
     assert (told(world).text, told(world).recorded) == (before.text, True)
     assert lamp.angen_sensor.value == recorded

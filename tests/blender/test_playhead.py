@@ -123,7 +123,7 @@ def test_an_edit_makes_live_readings_old(door):
 def rest():
     """Follow the scene as if the playhead and the user had come to rest in a window."""
     for _ in range(20):
-        cache().shown_at = 0.0
+        handlers._shown_at = 0.0
         if handlers._sense_at_rest() is None:
             return
     raise AssertionError("it never comes to rest")

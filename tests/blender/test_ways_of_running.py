@@ -19,6 +19,7 @@ from bl_ext.user_default.angen_sensors.angen_addon.commands.open_home import Pro
 from bl_ext.user_default.angen_sensors.angen_addon.runtime import moving_scene, stage, state
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.sensor_runner import SensorRunner
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.simulation import simulate
+from bl_ext.user_default.angen_sensors.angen_addon.scene import memory
 from bl_ext.user_default.angen_sensors.angen_addon.scene.rays import frames
 from bl_ext.user_default.angen_sensors.angen_addon.scene.rays.caster import RayCaster
 from bl_ext.user_default.angen_sensors.sensor_logic.recording.tracks import Recording
@@ -270,7 +271,7 @@ def test_random_scenes_and_edits_during_a_run(world, monkeypatch, seed, instance
 @pytest.fixture
 def afresh():
     """Clear what another test left."""
-    state.CACHE.clear()
+    memory.forget_file()
 
 
 def played(world: Any) -> dict[str, dict[float, Any]]:

@@ -20,6 +20,7 @@ from typing import Any
 
 import bpy
 from angen_sensors.angen_addon.runtime import state
+from angen_sensors.angen_addon.runtime.live import known_live
 from angen_sensors.angen_addon.scene import memory
 
 from .common import (
@@ -204,7 +205,7 @@ def _compared(scene: Any, sensors: list[Any]) -> dict[str, int]:
     found = {}
     for frame in range(scene.frame_start, LAST):
         scene.frame_set(frame)
-        for name, published in state.CACHE.live.readings.items():
+        for name, published in known_live().readings.items():
             reading = published.reading
             found[name, float(published.frame)] = reading.active, reading.value
     same = sum(expected[key] == reading for key, reading in found.items())

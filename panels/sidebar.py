@@ -12,6 +12,7 @@ from ..angen_addon.advice import lacking
 from ..angen_addon.advice.sensing import background_sets
 from ..angen_addon.recording.followed_scene import THIS_BLENDER, version_text
 from ..angen_addon.runtime import state
+from ..angen_addon.runtime.running import is_running
 from ..angen_addon.scene.sensors import Sensor, simulated
 from ..angen_addon.view.panel_parts import (
     ClosedSidebar,
@@ -108,7 +109,7 @@ def draw_recording(layout: UILayout, scene: Scene, sensors: Sequence[Sensor]) ->
     """Draw whether there is a recording, whether it is stale, and whether one is kept aside."""
     kept = state.CACHE.kept(scene)
     values = "live values" if scene.angen_live else "no values, as Live is off"
-    if state.CACHE.running:
+    if is_running():
         draw_progress(layout, "angen.simulate")
     elif kept is None:
         layout.label(text=f"Not recorded: {values}", icon="INFO")

@@ -18,8 +18,9 @@ import numpy as np
 from ...sensor_logic.model import Array, Pose
 from ...sensor_logic.recording.tracks import Recording
 from ..progress import finished
-from ..runtime import handlers, state
+from ..runtime import handlers
 from ..runtime.probes import Probes
+from ..runtime.running import running
 from ..runtime.sensor_runner import PendingUpdates, SensorRunner
 from ..runtime.time_base import evaluated_depsgraph
 from ..runtime.trace import Hits, NotRecorded, Trace
@@ -244,13 +245,12 @@ def replaying(scene: Any, sensor: Sensor, recording: Recording) -> Iterator[Repl
     view_layer = bpy.context.view_layer
     before = [(s, s.settings.active, s.settings.value) for s in all_sensors(view_layer)]
     handlers.restore_handlers()
-    state.CACHE.running = True
-    replay = None
-    try:
-        replay = Replay(scene, sensor, recording)
-        yield replay
-    finally:
+    with running():
+        replay = None
         try:
+            replay = Replay(scene, sensor, recording)
+            yield replay
+        finally:
             if replay is not None:
                 replay.probes.close()
             with suppress(ReferenceError):
@@ -259,5 +259,3 @@ def replaying(scene: Any, sensor: Sensor, recording: Recording) -> Iterator[Repl
                 scene.frame_set(frame, subframe=subframe)
                 # Evaluate now: later, the restored frame and outputs would count as an edit.
                 view_layer.update()
-        finally:
-            state.CACHE.running = False

@@ -21,8 +21,9 @@ from ..scene.former_choices import replace_former_choices
 from ..scene.light.changes import SHADING
 from ..scene.light.scene import remove_leftover_scenes
 from . import playhead, state
-from .live import live_of
+from .live import known_live, live_of, outdate
 from .playhead import fresh_recording
+from .running import is_publishing, is_running, running
 
 # Work that is too slow while scrubbing is put off until the playhead does not move and the user
 # drags nothing.
@@ -53,17 +54,13 @@ def _sense_at_rest() -> float | None:
     """
     context = bpy.context
     scene, view_layer = context.scene, context.view_layer
-    if (
-        scene is None
-        or not scene.angen_live
-        or (not state.CACHE.running and fresh_recording(scene))
-    ):
+    if scene is None or not scene.angen_live or (not is_running() and fresh_recording(scene)):
         # No live readings are shown.
         return None
     idle = time.monotonic() - _shown_at
     if idle < REST:
         return REST - idle
-    if state.CACHE.running or _is_busy():
+    if is_running() or _is_busy():
         return BUSY
     live = live_of(scene)
     if live.is_old(scene):
@@ -133,7 +130,7 @@ def on_frame_change(scene: Any, depsgraph: Any) -> None:
         return
     # Blender does not report what handlers of other code change after this one.
     state.CACHE.note(depsgraph, edited=has_other_frame_handlers(), by_frame=True)
-    if state.CACHE.running or not _is_shown(scene, depsgraph):
+    if is_running() or not _is_shown(scene, depsgraph):
         return
     view_layer = scene.view_layers[depsgraph.view_layer.name]
     for recording in state.CACHE.followed(scene):
@@ -165,9 +162,9 @@ def on_edit(scene: Any, depsgraph: Any) -> None:
     """Mark the recordings, maps and live readings that an edit makes stale; sense anew later."""
     if depsgraph.mode == "RENDER":
         return
-    by_run = state.CACHE.publishing and not has_other_edit_handlers()
+    by_run = is_publishing() and not has_other_edit_handlers()
     state.CACHE.note(depsgraph, edited=not by_run)
-    if state.CACHE.running:
+    if is_running():
         return
     playing = any(w.screen.is_animation_playing for w in bpy.context.window_manager.windows)
     followed = state.CACHE.followed(scene) if _is_shown(scene, depsgraph) else []
@@ -178,8 +175,9 @@ def on_edit(scene: Any, depsgraph: Any) -> None:
         )
     state.CACHE.note_other_scene(scene, depsgraph)
     if _has_edit(depsgraph.updates, playing):
-        state.CACHE.outdate_live()
-    if state.CACHE.live is not None and state.CACHE.live.outdated:
+        outdate()
+    live = known_live()
+    if live is not None and live.outdated:
         schedule_sensing()
     for view in _views:
         view.note_edit(scene)
@@ -208,6 +206,17 @@ def _is_edit(update: Any) -> bool:
     return isinstance(changed, (bpy.types.Object, bpy.types.Collection)) and (
         update.is_updated_transform or update.is_updated_geometry
     )
+
+
+def settings_changed(owner: Any) -> None:
+    """Check all recordings after a setting of `owner`, an object or scene, has changed.
+
+    Blender does not report changes of settings of this extension.
+    """
+    state.CACHE.count_edit()
+    if not is_running():
+        state.CACHE.check(owner)
+        outdate()
 
 
 @persistent
@@ -272,13 +281,10 @@ def _show_recorded() -> None:
     context = bpy.context
     if context.scene is None:
         return
-    state.CACHE.running = True
-    try:
+    with running():
         if playhead.show_recorded(context.scene, context.view_layer):
             # Writing the outputs must not count as an edit.
             context.view_layer.update()
-    finally:
-        state.CACHE.running = False
 
 
 @persistent

@@ -16,7 +16,7 @@ from ...sensor_logic.recording.tracks import Recording
 from ..scene import outputs
 from ..scene.sensors import Sensor
 from . import state
-from .live import has_reading
+from .live import has_reading, known_live
 
 RECORDED, LIVE, BAKED, NOTHING = "RECORDED", "LIVE", "BAKED", "NOTHING"
 NOT_YET = "Nothing was sensed at this frame yet: scrub, play or simulate"
@@ -94,7 +94,7 @@ class Playhead:
         recording = fresh_recording(scene)
         self._is_recorded = recording is not None
         self._tracks = {t.uid: t for t in recording.tracks.values()} if recording else {}
-        live = state.CACHE.live
+        live = known_live()
         is_same_scene = live is not None and live.scene_uid == scene.session_uid
         self._live = live if is_same_scene and scene.angen_live else None
         self._nothing = NOT_YET if scene.angen_live else LIVE_IS_OFF

@@ -43,19 +43,11 @@ class Cache:
 
     Attributes
     ----------
-    running
-        Whether a run is changing the frame. Handlers do nothing meanwhile.
-    publishing
-        Whether the run is evaluating the drivers that read outputs.
-    live
-        The live sensors, which sense at the playhead where there is no recording.
     notice
         A notice to the user about a recording in the file.
     """
 
     def __init__(self) -> None:
-        self.running = self.publishing = False
-        self.live: Any = None
         self.notice = ""
         # See `revision`.
         self._revision = 0
@@ -67,8 +59,6 @@ class Cache:
         # Results other than recordings, by the session uid of their scene and by their class.
         self._results: dict[tuple[int, type[FollowedResult]], FollowedResult] = {}
         self._listeners: weakref.WeakSet[Listener] = weakref.WeakSet()
-        # The session uid of a scene and its light readings from before an undo.
-        self._light: tuple[int, dict[str, Any]] = (0, {})
 
     @property
     def revision(self) -> int:
@@ -225,34 +215,17 @@ class Cache:
             if uid != scene.session_uid:
                 kept.note_other_scene(depsgraph)
 
-    def settings_changed(self, owner: Any) -> None:
-        """Check all recordings after a setting of `owner`, an object or scene, has changed."""
+    def count_edit(self) -> None:
+        """Count an edit that Blender does not report."""
         self._revision += 1
-        if not self.running:
-            for _, kept in self._all_followed():
-                kept.check(owner)
-            self.outdate_live()
 
-    def take_light(self, scene: Any) -> dict[str, Any]:
-        """Return and forget the live light readings of a scene from before an undo, by sensor.
-
-        They are old: the scene was edited after them.
-        """
-        (uid, found), self._light = self._light, (0, {})
-        return found if uid == scene.session_uid else {}
-
-    def outdate_live(self) -> None:
-        """Mark the live readings as outdated."""
-        if self.live is not None:
-            self.live.outdated = True
+    def check(self, owner: Any) -> None:
+        """Compare one original datablock with the fingerprints of all recordings and results."""
+        for _, kept in self._all_followed():
+            kept.check(owner)
 
     def forget_references(self) -> None:
         """Remove all references to Blender's data, because undo or redo will replace that data."""
-        self.running = False
-        if self.live is not None:
-            # Undo does not change what was measured, and measuring light takes long.
-            self._light = self.live.scene_uid, self.live.light_readings()
-        self.live = None
         self._revision += 1
         self._sensors = None, []
         self._listeners = weakref.WeakSet()
@@ -261,7 +234,6 @@ class Cache:
 
     def clear(self) -> None:
         """Empty the cache, because another file opens."""
-        self._light = 0, {}
         self._kept.clear()
         self._results.clear()
         self.notice = ""

@@ -17,6 +17,7 @@ from .. import progress
 from ..runtime import playhead, state
 from ..runtime.live import LIGHT_AT_REST, LIGHT_BEFORE
 from ..runtime.playhead import Playhead, PlayheadReading
+from ..runtime.running import is_running
 from ..scene.lengths import lengths_of
 from ..scene.sensors import Sensor
 
@@ -86,7 +87,7 @@ class ReadingTexts:
         """Return the texts for a sensor's reading. If there is no reading, the texts say why."""
         if not sensor.settings.enabled:
             return ReadingText("Off", OFF)
-        if state.CACHE.running:
+        if is_running():
             # During a run the readings belong to the frame before it.
             work = progress.working
             measures = work is not None and work.operator == "angen.measure_light"
@@ -105,7 +106,7 @@ class ReadingTexts:
     def source(self, sensor: Sensor) -> Any:
         """Return a value that changes whenever the sensor's icon or `short` text may change."""
         source = self._playhead.source(sensor, LEAST_AGE_IN_SHORT)
-        return sensor.settings.enabled, state.CACHE.running, state.CACHE.revision, source
+        return sensor.settings.enabled, is_running(), state.CACHE.revision, source
 
 
 def reading_text(sensor: Sensor, scene: Any) -> ReadingText:

@@ -16,8 +16,8 @@ from mathutils import Vector
 
 from ...angen_addon.explain.replay import Recalled, Replay
 from ...angen_addon.kinds import appearance_of
-from ...angen_addon.runtime import state
 from ...angen_addon.runtime.probes import Probes
+from ...angen_addon.runtime.running import running
 from ...angen_addon.runtime.sensor_runner import SensorRunner
 from ...angen_addon.runtime.trace import NotRecorded
 from ...angen_addon.scene.bearers import candidates
@@ -101,22 +101,21 @@ class Causes:
         if not self.wanted:
             self.events += (event for name in self._sensors for event in self.new.take_of(name))
             return
-        was_running, state.CACHE.running = state.CACHE.running, True
         because: dict[tuple[str, float], str] = {}
-        try:
-            for event in sorted(self._left):
-                key = event.sensor, event.frame
-                if key not in because:
-                    sensor = self._sensors[event.sensor]
-                    replay = Replay(self._scene, sensor, self._recording, self._probes)
-                    self._probes = replay.probes
-                    because[key] = self._cause_name(replay, event)
-                self._add_event(event, because[key])
-        finally:
-            if self._probes is not None:
-                self._probes.close()
-            state.CACHE.running = was_running
-            self._left = []
+        with running():
+            try:
+                for event in sorted(self._left):
+                    key = event.sensor, event.frame
+                    if key not in because:
+                        sensor = self._sensors[event.sensor]
+                        replay = Replay(self._scene, sensor, self._recording, self._probes)
+                        self._probes = replay.probes
+                        because[key] = self._cause_name(replay, event)
+                    self._add_event(event, because[key])
+            finally:
+                if self._probes is not None:
+                    self._probes.close()
+                self._left = []
 
     def _cause_name(self, replay: Replay, event: Event[float]) -> str:
         """Return the name of the object that caused an event, or ""."""

@@ -11,7 +11,7 @@ import numpy as np
 from bpy.props import BoolProperty
 from mathutils import Matrix, Vector
 
-from ...angen_addon.runtime import state
+from ...angen_addon.runtime.running import is_running
 from ...angen_addon.scene import memory
 from ...angen_addon.scene.sensors import unit_scale
 from ...angen_addon.view.overlay.settings import redraw_views
@@ -143,7 +143,7 @@ def draw() -> None:
     global _drawn
     context = bpy.context
     scene, space = context.scene, context.space_data
-    if not scene.angen_overlay.show or not space.overlay.show_overlays or state.CACHE.running:
+    if not scene.angen_overlay.show or not space.overlay.show_overlays or is_running():
         return
     objects = [o for o in shown(context) if o.visible_in_viewport_get(space)]
     if not objects:

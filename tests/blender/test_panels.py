@@ -13,6 +13,7 @@ import bpy
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon import progress
 from bl_ext.user_default.angen_sensors.angen_addon.kinds import appearance_of
+from bl_ext.user_default.angen_sensors.angen_addon.runtime.running import running
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.state import CACHE as cache
 from bl_ext.user_default.angen_sensors.operators import show
 from bl_ext.user_default.angen_sensors.panels.table import (
@@ -88,13 +89,13 @@ def test_while_a_run_drives_the_frames_no_old_reading_is_shown(physics):
     """The last readings belong to the frame before the run."""
     ops.simulate()
     physics.scene.frame_set(40)
-    cache.running = True
     progress.working = progress.Working("angen.simulate", 0.25, "25 %, about 10 s left")
     try:
-        assert drawn("ANGEN_PT_table").labels[1] == "–"
-        assert "25 %, about 10 s left. Esc ends" in drawn("ANGEN_PT_simulation").text
+        with running():
+            assert drawn("ANGEN_PT_table").labels[1] == "–"
+            assert "25 %, about 10 s left. Esc ends" in drawn("ANGEN_PT_simulation").text
     finally:
-        cache.running, progress.working = False, None
+        progress.working = None
     assert drawn("ANGEN_PT_table").labels[1] == "49.1 N"
 
 

@@ -8,6 +8,7 @@ import bpy
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.progress import Enough
 from bl_ext.user_default.angen_sensors.angen_addon.runtime import handlers
+from bl_ext.user_default.angen_sensors.angen_addon.runtime.live import known_live
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.simulation import simulate
 from bl_ext.user_default.angen_sensors.angen_addon.scene.sensors import all_sensors
 from bl_ext.user_default.angen_sensors.angen_addon.view import readings
@@ -135,7 +136,7 @@ def test_an_edit_is_sensed_once_the_user_rests(door):
     door.update()
     rest()
     assert told().text == "Closed, 0.015 m" and told().old == ""
-    assert not sensor().angen_sensor.active and not cache().live.outdated
+    assert not sensor().angen_sensor.active and not known_live().outdated
     assert leaf().location.x == 0, "the frame is not set anew"
 
 

@@ -3,6 +3,7 @@
 
 import bpy
 import pytest
+from bl_ext.user_default.angen_sensors.angen_addon.runtime.running import is_running
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.simulation import simulate
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.state import CACHE
 from bl_ext.user_default.angen_sensors.angen_addon.scene.sensors import AngenError as error
@@ -54,7 +55,7 @@ def test_so_does_a_run_with_substeps_that_is_closed_early(busy):
     run.close()
     assert busy.state() == before
     assert 0 < len(recording.tracks["switch"]) < 48, "what was recorded stays"
-    assert not CACHE.running
+    assert not is_running()
 
 
 def test_so_does_a_run_that_fails_half_way(busy):
@@ -66,7 +67,7 @@ def test_so_does_a_run_that_fails_half_way(busy):
     with pytest.raises(error, match=r"'switch'.*scale"):
         busy.run()
     assert busy.state() == before
-    assert not CACHE.running
+    assert not is_running()
 
 
 @pytest.mark.usefixtures("frame_by_frame")

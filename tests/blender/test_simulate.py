@@ -7,6 +7,7 @@ import bpy
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon import progress
 from bl_ext.user_default.angen_sensors.angen_addon.progress import Doing, TimeLeft
+from bl_ext.user_default.angen_sensors.angen_addon.runtime.running import running
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.state import CACHE
 from bl_ext.user_default.angen_sensors.angen_addon.scene import memory
 from bl_ext.user_default.angen_sensors.angen_addon.scene.light import engine
@@ -367,8 +368,8 @@ def test_the_panel_has_the_bar_of_the_operator_at_work(home, monkeypatch):
     monkeypatch.setattr(ANGEN_OT_simulate, "execute", execute)
     try:
         simulate(1, 2)
-        CACHE.running = True
-        text = drawn("ANGEN_PT_simulation").text
+        with running():
+            text = drawn("ANGEN_PT_simulation").text
     finally:
-        CACHE.running, progress.working = False, None
+        progress.working = None
     assert "50 %. Esc ends" in text and "Frame 3, path-tracing the reference of the light" in text

@@ -14,8 +14,9 @@ from typing import Any
 
 import bpy
 
-from ...runtime import handlers, state
+from ...runtime import handlers
 from ...runtime.live import live_of
+from ...runtime.running import is_running
 from ...scene import memory
 from .picture import DrawnSensors
 from .settings import redraw_views
@@ -97,7 +98,7 @@ def _update() -> None:
     """Cast all rays of the sensors, and update the overlay."""
     context = bpy.context
     scene = context.scene
-    if scene is None or state.CACHE.running or not wanted(scene):
+    if scene is None or is_running() or not wanted(scene):
         return
     try:
         # Until the next evaluation the depsgraph lists objects that were removed and freed.

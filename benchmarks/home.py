@@ -19,7 +19,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import bpy
-from angen_sensors.angen_addon.runtime import state
+from angen_sensors.angen_addon.recording.results import RESULTS
 from angen_sensors.angen_addon.runtime.live import known_live
 from angen_sensors.angen_addon.scene import memory
 
@@ -90,7 +90,7 @@ def _by_kind(
             begin = time.perf_counter()
             bpy.ops.angen.simulate(frame_start=first, frame_end=last)
             operator[name].append(time.perf_counter() - begin)
-            recording = state.CACHE.recording(scene)
+            recording = RESULTS.recording(scene)
             assert recording is not None
             tracks = recording.tracks.values()
             updates[name] = sum(len(track) for track in tracks)

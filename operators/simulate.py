@@ -20,8 +20,8 @@ from bpy.types import Context, Event, Operator
 from ..angen_addon.advice import lacking
 from ..angen_addon.progress import Doing, Enough, Work
 from ..angen_addon.recording.references import REFERENCES
+from ..angen_addon.recording.results import RESULTS
 from ..angen_addon.recording.stored_recording import StoredRecording, settings_of, stored_run
-from ..angen_addon.runtime import state
 from ..angen_addon.runtime.simulation import Progress, simulate
 from ..angen_addon.runtime.time_base import ends_before_time, frames_to_run, outside_scene
 from ..angen_addon.scene import outputs
@@ -206,7 +206,7 @@ class ANGEN_OT_simulate(LongWork, Operator):
             sensors = [s for s in sensors if not s.kind.requires(LIGHT)]
             if not sensors:
                 raise AngenError("There are only light sensors: press Simulate instead")
-        kept = state.CACHE.kept(scene)
+        kept = RESULTS.kept(scene)
         if kept is not None:
             kept.verify(scene, context.evaluated_depsgraph_get())
         return plan_run(max(first, scene.frame_start), last, sensors, kept)
@@ -272,8 +272,8 @@ class ANGEN_OT_simulate(LongWork, Operator):
         stored.note_begin(self._settings)
         if not stored.stale:
             REFERENCES.keep(scene, depsgraph, stored.fingerprint, self._references)
-        former = state.CACHE.kept(scene)
-        state.CACHE.keep(scene, stored)
+        former = RESULTS.kept(scene)
+        RESULTS.keep(scene, stored)
         first, last = self._recording.frame_start, self._recording.frame_end
         how = "Stopped, and recorded" if early else "Recorded"
         left_out = ", without light sensors" if self.without_light else ""
@@ -295,7 +295,7 @@ class ANGEN_OT_simulate(LongWork, Operator):
         of the run.
         """
         first, last = self._recording.frame_start, self._recording.frame_end
-        earlier = state.CACHE.recording(scene)
+        earlier = RESULTS.recording(scene)
         holds = (
             earlier is not None
             and earlier.covers(first)
@@ -313,7 +313,7 @@ class ANGEN_OT_simulate(LongWork, Operator):
 
     def _stays(self, scene: Any) -> str:
         """Return what is recorded if the run is not."""
-        is_recorded = state.CACHE.kept(scene) is not None
+        is_recorded = RESULTS.kept(scene) is not None
         return "the earlier recording stays" if is_recorded else "nothing is recorded"
 
     def _updates(self) -> int:

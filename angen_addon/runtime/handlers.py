@@ -16,11 +16,13 @@ from bpy.app.handlers import persistent
 
 from ..advice import lacking
 from ..recording import store as recording_store
+from ..recording.results import RESULTS
 from ..scene import facts, memory
 from ..scene.former_choices import replace_former_choices
 from ..scene.light.changes import SHADING
 from ..scene.light.scene import remove_leftover_scenes
-from . import playhead, state
+from . import playhead
+from .edits import EDITS
 from .live import known_live, live_of, outdate
 from .playhead import fresh_recording
 from .running import is_publishing, is_running, running
@@ -129,12 +131,12 @@ def on_frame_change(scene: Any, depsgraph: Any) -> None:
     if depsgraph.mode == "RENDER":
         return
     # Blender does not report what handlers of other code change after this one.
-    state.CACHE.note(depsgraph, edited=has_other_frame_handlers(), by_frame=True)
+    EDITS.note(depsgraph, edited=has_other_frame_handlers(), by_frame=True)
     if is_running() or not _is_shown(scene, depsgraph):
         return
     view_layer = scene.view_layers[depsgraph.view_layer.name]
-    for recording in state.CACHE.followed(scene):
-        recording.note_frame(scene, depsgraph, *state.CACHE.sensors_and_revision(view_layer))
+    for recording in RESULTS.followed(scene):
+        recording.note_frame(scene, depsgraph, *EDITS.sensors_and_revision(view_layer))
     publish = not playhead.show_recorded(scene, view_layer) and scene.angen_live
     if publish or any(view.wants_rays(scene) for view in _views):
         live = live_of(scene)
@@ -163,17 +165,15 @@ def on_edit(scene: Any, depsgraph: Any) -> None:
     if depsgraph.mode == "RENDER":
         return
     by_run = is_publishing() and not has_other_edit_handlers()
-    state.CACHE.note(depsgraph, edited=not by_run)
+    EDITS.note(depsgraph, edited=not by_run)
     if is_running():
         return
     playing = any(w.screen.is_animation_playing for w in bpy.context.window_manager.windows)
-    followed = state.CACHE.followed(scene) if _is_shown(scene, depsgraph) else []
+    followed = RESULTS.followed(scene) if _is_shown(scene, depsgraph) else []
     for recording in followed:
         view_layer = scene.view_layers[depsgraph.view_layer.name]
-        recording.note_edit(
-            scene, depsgraph, *state.CACHE.sensors_and_revision(view_layer), playing
-        )
-    state.CACHE.note_other_scene(scene, depsgraph)
+        recording.note_edit(scene, depsgraph, *EDITS.sensors_and_revision(view_layer), playing)
+    RESULTS.note_other_scene(scene, depsgraph)
     if _has_edit(depsgraph.updates, playing):
         outdate()
     live = known_live()
@@ -213,9 +213,9 @@ def settings_changed(owner: Any) -> None:
 
     Blender does not report changes of settings of this extension.
     """
-    state.CACHE.count_edit()
+    EDITS.count()
     if not is_running():
-        state.CACHE.check(owner)
+        RESULTS.check(owner)
         outdate()
 
 
@@ -269,7 +269,7 @@ def _verify_again() -> None:
     """Compare the present scene with its recording and its coverage map."""
     scene = bpy.context.scene
     # Recordings and maps of other scenes are compared once these scenes are evaluated.
-    for recording in state.CACHE.followed(scene) if scene is not None else ():
+    for recording in RESULTS.followed(scene) if scene is not None else ():
         recording.verify(scene, bpy.context.evaluated_depsgraph_get())
     for view in _views if scene is not None else ():
         view.note_edit(scene)

@@ -21,7 +21,7 @@ from ..scene import memory, outputs
 from ..scene.instances import Uid
 from ..scene.light.probe import LightRequest
 from ..scene.sensors import Sensor, all_sensors, check, simulated
-from . import state
+from .edits import EDITS
 from .probes import Probes
 from .running import running
 from .sensor_runner import PendingUpdates, SensorRunner, all_rays
@@ -121,7 +121,7 @@ class Live:
         changed += [self._update_sensor(*update, step, depsgraph) for update in due]
         if not is_next_frame:
             changed += self._restore_outputs()
-        if any(changed) and state.CACHE.outputs_are_driven():
+        if any(changed) and EDITS.outputs_are_driven():
             # Blender does not report what drivers now change.
             self._probes.caster.solids.forget()
 
@@ -133,7 +133,7 @@ class Live:
         values = [bool(runner.sensor.settings.active) for runner in self._runners]
         if values != self._outputs:
             self._outputs = values
-            if state.CACHE.outputs_are_driven():
+            if EDITS.outputs_are_driven():
                 self._probes.caster.solids.forget()
 
     def look_around(self, scene: Any, view_layer: Any, depsgraph: Any) -> None:

@@ -13,9 +13,10 @@ from typing import Any, NamedTuple
 from ...sensor_logic.kind import LIGHT, Field
 from ...sensor_logic.model import Reading
 from ...sensor_logic.recording.tracks import Recording
+from ..recording.results import RESULTS
 from ..scene import outputs
 from ..scene.sensors import Sensor
-from . import state
+from .edits import EDITS
 from .live import has_reading, known_live
 
 RECORDED, LIVE, BAKED, NOTHING = "RECORDED", "LIVE", "BAKED", "NOTHING"
@@ -65,7 +66,7 @@ def why_not_recorded(sensor: Sensor) -> str:
 
 def fresh_recording(scene: Any) -> Recording | None:
     """Return the scene's recording if it is fresh and covers the playhead's frame, else None."""
-    recording = state.CACHE.recording(scene)
+    recording = RESULTS.recording(scene)
     frame = scene.frame_current + scene.frame_subframe
     return recording if recording is not None and recording.covers(frame) else None
 
@@ -78,7 +79,7 @@ def show_recorded(scene: Any, view_layer: Any) -> bool:
     recording = fresh_recording(scene)
     if recording is not None:
         frame = scene.frame_current + scene.frame_subframe
-        outputs.show_recorded(recording, state.CACHE.sensors(view_layer), frame)
+        outputs.show_recorded(recording, EDITS.sensors(view_layer), frame)
     return recording is not None
 
 

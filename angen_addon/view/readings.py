@@ -14,7 +14,8 @@ from ...sensor_logic.model import NOT_YET, Reading
 from ...sensor_logic.physics import waiting
 from ...sensor_logic.wording import NOTHING, capital
 from .. import progress
-from ..runtime import playhead, state
+from ..runtime import playhead
+from ..runtime.edits import EDITS
 from ..runtime.live import LIGHT_AT_REST, LIGHT_BEFORE
 from ..runtime.playhead import Playhead, PlayheadReading
 from ..runtime.running import is_running
@@ -106,7 +107,7 @@ class ReadingTexts:
     def source(self, sensor: Sensor) -> Any:
         """Return a value that changes whenever the sensor's icon or `short` text may change."""
         source = self._playhead.source(sensor, LEAST_AGE_IN_SHORT)
-        return sensor.settings.enabled, is_running(), state.CACHE.revision, source
+        return sensor.settings.enabled, is_running(), EDITS.revision, source
 
 
 def reading_text(sensor: Sensor, scene: Any) -> ReadingText:

@@ -292,8 +292,8 @@ def energy(frame):
 
 
 def changes(name, field):
-    state = import_module(f"{ADDON}.angen_addon.runtime.state")
-    track = state.CACHE.recording(bpy.context.scene).tracks[name]
+    results = import_module(f"{ADDON}.angen_addon.recording.results")
+    track = results.RESULTS.recording(bpy.context.scene).tracks[name]
     column = list(track.columns[field])
     return [
         (int(track.frames[i]), bool(value))

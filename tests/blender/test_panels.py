@@ -13,8 +13,8 @@ import bpy
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon import progress
 from bl_ext.user_default.angen_sensors.angen_addon.kinds import appearance_of
+from bl_ext.user_default.angen_sensors.angen_addon.recording.results import RESULTS
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.running import running
-from bl_ext.user_default.angen_sensors.angen_addon.runtime.state import CACHE as cache
 from bl_ext.user_default.angen_sensors.operators import show
 from bl_ext.user_default.angen_sensors.panels.table import (
     NAME_SHARE,
@@ -451,7 +451,7 @@ def test_an_event_is_a_row_of_the_log_everywhere(world, tmp_path):
     changes = [row for row in rows if row["time_s"] != begin]
     states = [row for row in changes if row["field"] != "distance_m"]
     assert 0 < len(states) < len(changes)
-    track = cache.recording(world.scene).track_of(sensor.session_uid)
+    track = RESULTS.recording(world.scene).track_of(sensor.session_uid)
     assert figures(track).events == len(changes)
     world.scene.frame_set(1)
     panel = drawn("ANGEN_PT_events")

@@ -24,8 +24,8 @@ def part(name):
     return import_module(f"{ADDON}.{name}")
 
 
-def cache():
-    return part("angen_addon.runtime.state").CACHE
+def results():
+    return part("angen_addon.recording.results").RESULTS
 
 
 def told(name="Front door"):
@@ -268,7 +268,7 @@ def test_an_opened_file_shows_what_is_recorded(door, tmp_path):
     bpy.ops.wm.open_mainfile(filepath=path)
     assert told().recorded and told().text.startswith("Closed, 0.015 m")
     assert sensor().angen_sensor.value == pytest.approx(0.015), "drivers read the same"
-    assert cache().kept(bpy.context.scene).stale == "", "showing it is no edit"
+    assert results().kept(bpy.context.scene).stale == "", "showing it is no edit"
 
 
 # Baked keys
@@ -376,7 +376,7 @@ def test_a_stopped_run_is_kept_where_the_recording_is_stale(door):
         f"Stopped, and recorded frames 1 to {recording.frame_end}: {updates} updates. "
         "Undo brings back frames 1 to 72"
     ]
-    assert cache().recording(door.scene) is recording
+    assert results().recording(door.scene) is recording
 
 
 @pytest.mark.usefixtures("door")
@@ -397,7 +397,7 @@ def test_a_run_that_ends_in_its_first_frame_is_no_recording(door, early):
     assert stop(recording, early) == [
         "Stopped before the first frame was done: nothing is recorded"
     ]
-    assert cache().kept(door.scene) is None
+    assert results().kept(door.scene) is None
 
 
 @pytest.mark.parametrize("recorded", [False, True])
@@ -430,13 +430,13 @@ def test_undo_brings_a_cleared_recording_back(door, tmp_path):
     bpy.ops.ed.undo_push(message="clear")
     assert told().text == "No reading" and not ops.clear_recording.poll()
     bpy.ops.ed.undo()
-    assert told() == before and cache().kept(bpy.context.scene).stale == ""
+    assert told() == before and results().kept(bpy.context.scene).stale == ""
     assert ops.export_events(filepath=str(tmp_path / "a.csv")) == {"FINISHED"}
     bpy.ops.ed.redo()
-    assert cache().kept(bpy.context.scene) is None
+    assert results().kept(bpy.context.scene) is None
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "a.blend"))
     bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "a.blend"))
-    assert cache().kept(bpy.context.scene) is None, "files do not keep it"
+    assert results().kept(bpy.context.scene) is None, "files do not keep it"
     assert ops.simulate() == {"FINISHED"} and told().recorded
 
 

@@ -3,9 +3,9 @@
 
 import bpy
 import pytest
+from bl_ext.user_default.angen_sensors.angen_addon.recording.results import RESULTS
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.running import is_running
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.simulation import simulate
-from bl_ext.user_default.angen_sensors.angen_addon.runtime.state import CACHE
 from bl_ext.user_default.angen_sensors.angen_addon.scene.sensors import AngenError as error
 from bl_ext.user_default.angen_sensors.sensor_logic.recording.tracks import Recording
 
@@ -39,7 +39,7 @@ def test_so_does_the_operator(busy):
     before = busy.state()
     assert bpy.ops.angen.simulate() == {"FINISHED"}
     # Only the mark of its recording, by which undo restores an earlier one.
-    assert busy.scene.angen_recording == CACHE.kept(busy.scene).mark
+    assert busy.scene.angen_recording == RESULTS.kept(busy.scene).mark
     busy.scene.angen_recording = 0
     assert busy.state() == before
 

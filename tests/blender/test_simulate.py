@@ -7,8 +7,8 @@ import bpy
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon import progress
 from bl_ext.user_default.angen_sensors.angen_addon.progress import Doing, TimeLeft
+from bl_ext.user_default.angen_sensors.angen_addon.recording.results import RESULTS
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.running import running
-from bl_ext.user_default.angen_sensors.angen_addon.runtime.state import CACHE
 from bl_ext.user_default.angen_sensors.angen_addon.scene import memory
 from bl_ext.user_default.angen_sensors.angen_addon.scene.light import engine
 from bl_ext.user_default.angen_sensors.angen_addon.view.readings import reading_text
@@ -37,7 +37,7 @@ def simulate(first, last, **given):
 
 
 def kept():
-    return CACHE.kept(bpy.context.scene)
+    return RESULTS.kept(bpy.context.scene)
 
 
 def frames():
@@ -119,7 +119,7 @@ def test_many_runs_keep_few_recordings(home):
     for last in range(2, 12):
         sensor().update_rate = float(last)
         simulate(1, last)
-    assert len(CACHE._kept[home.scene.session_uid]) == 4 and frames() == (1, 11)
+    assert len(RESULTS._kept[home.scene.session_uid]) == 4 and frames() == (1, 11)
 
 
 class Asked(LongWork):

@@ -1,23 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The state of the add-on in memory (`CACHE`).
+"""The recordings and other results of the scenes of the file, which edits can make stale.
 
-The cache is emptied when a file is loaded. Undo does not remove recordings, but can change whether
-a recording is stale.
+Undo does not remove recordings, but can change whether a recording is stale.
 """
 
 from __future__ import annotations
 
-import weakref
 from collections.abc import Iterable
-from typing import Any, Protocol
+from typing import Any
 
 from ...sensor_logic.recording.tracks import Recording
-from ..recording.followed_map import FollowedMap, FollowedResult
-from ..recording.followed_scene import FollowedScene
-from ..recording.stored_recording import StoredRecording
 from ..scene import memory
-from ..scene.outputs import are_driven
-from ..scene.sensors import Sensor, all_sensors
+from .followed_map import FollowedMap, FollowedResult
+from .followed_scene import FollowedScene
+from .stored_recording import StoredRecording
 
 # Recordings of a scene that are kept for undo and redo. At least two are kept, and further ones up
 # to this number and this size.
@@ -28,84 +24,21 @@ CLEARED = -1
 FOLLOWED: list[type[FollowedResult]] = [FollowedMap]
 
 
-class Listener(Protocol):
-    """An object whose method `note` is called at each evaluation of the scene.
-
-    `edited` is false if only the frame has changed. `by_frame` says whether a change of frame
-    caused the evaluation.
-    """
-
-    def note(self, depsgraph: Any, edited: bool, by_frame: bool) -> None: ...
-
-
-class Cache:
-    """The state of the add-on in memory.
+class Results:
+    """The recordings and other results of the scenes of the file.
 
     Attributes
     ----------
     notice
-        A notice to the user about a recording in the file.
+        A notice to the user about a recording in the file; empty if there is none.
     """
 
     def __init__(self) -> None:
         self.notice = ""
-        # See `revision`.
-        self._revision = 0
-        # The listed sensors, with the view layer and the revision of the list.
-        self._sensors: tuple[Any, list[Sensor]] = (None, [])
-        # The revision of the look-up, and whether drivers read outputs.
-        self._driven = -1, False
+        # The recordings by the session uid of their scene, and by their mark.
         self._kept: dict[int, dict[int, StoredRecording]] = {}
         # Results other than recordings, by the session uid of their scene and by their class.
         self._results: dict[tuple[int, type[FollowedResult]], FollowedResult] = {}
-        self._listeners: weakref.WeakSet[Listener] = weakref.WeakSet()
-
-    @property
-    def revision(self) -> int:
-        """A number that grows with each edit of the scene; a change of frame is no edit."""
-        return self._revision
-
-    def watch(self, probe: Listener) -> None:
-        """Call `probe.note` at each evaluation from now on, until `probe` is garbage-collected."""
-        self._listeners.add(probe)
-
-    def note(self, depsgraph: Any, edited: bool, by_frame: bool = False) -> None:
-        """Notify all listeners; call this method at each evaluation.
-
-        `edited` is false if only the frame has changed. `by_frame` says whether a change of frame
-        caused the evaluation. A script may change the scene just before it moves the playhead:
-        Blender reports this edit with the change of frame, and it counts as an edit.
-        """
-        if edited or depsgraph.id_type_updated("SCENE") or depsgraph.id_type_updated("COLLECTION"):
-            self._revision += 1
-        for probe in self._listeners:
-            probe.note(depsgraph, edited, by_frame)
-
-    def sensors(self, view_layer: Any) -> list[Sensor]:
-        """Return all sensors of a view layer; list them anew only after an edit of the scene.
-
-        Call this method only in handlers and while drawing, when Blender has reported all edits.
-        Elsewhere call `all_sensors`.
-        """
-        return self.sensors_and_revision(view_layer)[0]
-
-    def sensors_and_revision(self, view_layer: Any) -> tuple[list[Sensor], int]:
-        """Return all sensors of a view layer as `sensors` does, and the revision of the scene."""
-        layer = view_layer.id_data.session_uid, view_layer.name
-        known, sensors = self._sensors
-        if known == (self._revision, *layer) and not _have_their_names(sensors):
-            # Blender does not report new names.
-            self._revision += 1
-        if known != (self._revision, *layer):
-            sensors = all_sensors(view_layer)
-            self._sensors = (self._revision, *layer), sensors
-        return sensors, self._revision
-
-    def outputs_are_driven(self) -> bool:
-        """Return whether any driver reads an output; look anew only after an edit of the scene."""
-        if self._driven[0] != self._revision:
-            self._driven = self._revision, are_driven()
-        return self._driven[1]
 
     def recording(self, scene: Any) -> Recording | None:
         """Return the last recording of a scene; None if it is stale or there is none."""
@@ -215,25 +148,22 @@ class Cache:
             if uid != scene.session_uid:
                 kept.note_other_scene(depsgraph)
 
-    def count_edit(self) -> None:
-        """Count an edit that Blender does not report."""
-        self._revision += 1
-
     def check(self, owner: Any) -> None:
         """Compare one original datablock with the fingerprints of all recordings and results."""
         for _, kept in self._all_followed():
             kept.check(owner)
 
-    def forget_references(self) -> None:
-        """Remove all references to Blender's data, because undo or redo will replace that data."""
-        self._revision += 1
-        self._sensors = None, []
-        self._listeners = weakref.WeakSet()
+    def add_notice(self, text: str) -> None:
+        """Add a sentence to the notice to the user."""
+        self.notice = ". ".join(filter(None, (self.notice, text)))
+
+    def doubt(self) -> None:
+        """Mark all recordings and results as unsure, because undo or redo will change the scene."""
         for _, kept in self._all_followed():
             kept.unsure = True
 
     def clear(self) -> None:
-        """Empty the cache, because another file opens."""
+        """Forget all recordings and results, because another file opens."""
         self._kept.clear()
         self._results.clear()
         self.notice = ""
@@ -243,14 +173,6 @@ def _bytes_of(recordings: Iterable[StoredRecording]) -> int:
     return sum(t.nbytes for kept in recordings for t in kept.recording.tracks.values())
 
 
-def _have_their_names(sensors: list[Sensor]) -> bool:
-    """Return whether all sensors still exist and have the names under which they were listed."""
-    try:
-        return all(sensor.name_now == sensor.name for sensor in sensors)
-    except ReferenceError:
-        return False
-
-
-CACHE = Cache()
-memory.forgets_at_undo(CACHE.forget_references)
-memory.forgets_at_load(CACHE.clear)
+RESULTS = Results()
+memory.forgets_at_undo(RESULTS.doubt)
+memory.forgets_at_load(RESULTS.clear)

@@ -14,7 +14,7 @@ from typing import Any
 
 import bpy
 
-from ...angen_addon.runtime import state
+from ...angen_addon.recording.results import RESULTS
 from ...angen_addon.scene.animation import all_animated
 from ...angen_addon.scene.light.scene import remove_part_starts
 from ..acting.places import Places
@@ -61,7 +61,7 @@ def show(
         "followed": scene.angen_day.followed,
         "site": site_values(scene),
     }
-    state.CACHE.set_aside(scene)
+    RESULTS.set_aside(scene)
     scene.angen_day.before = json.dumps(before)
     _note_home(scene, owners, daylight)
     scene.angen_day.rests = rests(acted, max(start - AROUND_S, 0.0), end + AROUND_S)
@@ -130,7 +130,7 @@ def leave(scene: Any) -> list[str]:
         setattr(scene.render, name, value)
     # Files of earlier versions have no start.
     scene.angen_start = before.get("start", scene.angen_start)
-    state.CACHE.take_back(scene)
+    RESULTS.take_back(scene)
     wanted = before["range"]
     scene.frame_end, scene.frame_start = wanted["frame_end"], wanted["frame_start"]
     scene.frame_end, scene.use_preview_range = wanted["frame_end"], wanted["use_preview_range"]

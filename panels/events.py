@@ -11,7 +11,8 @@ from bpy.types import Context, DOPESHEET_HT_header, Panel
 
 from ..angen_addon.explain.explain import MEMORY
 from ..angen_addon.explain.facts import Explanation
-from ..angen_addon.runtime import state
+from ..angen_addon.recording.results import RESULTS
+from ..angen_addon.runtime.edits import EDITS
 from ..angen_addon.runtime.playhead import why_not_recorded
 from ..angen_addon.runtime.time_base import moment_text
 from ..angen_addon.view.active import active_sensor
@@ -44,7 +45,7 @@ class ANGEN_PT_events(Sidebar, Panel):
 
     def draw(self, context: Context) -> None:
         layout, scene = self.layout, context.scene
-        recording = state.CACHE.recording(scene)
+        recording = RESULTS.recording(scene)
         sensor = active_sensor(context)
         if sensor is None:
             return
@@ -55,7 +56,7 @@ class ANGEN_PT_events(Sidebar, Panel):
         if track is None or not len(track):
             draw_lines(layout, why_not_recorded(sensor), "INFO")
             return
-        history = HISTORIES.get(recording, state.CACHE.sensors(context.view_layer))
+        history = HISTORIES.get(recording, EDITS.sensors(context.view_layer))
         row = history.row_of(sensor.uid)
         if row is not None:
             _draw_events(layout, scene, recording, track, row)
@@ -137,7 +138,7 @@ class ANGEN_PT_timeline(Panel):
         column.active = settings.show
         column.prop(settings, "rows", expand=True)
         column.prop(settings, "names")
-        if state.CACHE.recording(context.scene) is None:
+        if RESULTS.recording(context.scene) is None:
             _draw_wrapped(layout, why_not_fresh(context.scene))
         elif why_no_rows(context) == TOO_LOW:
             _draw_wrapped(layout, "Drag the upper edge of the Timeline up to see rows")

@@ -51,10 +51,8 @@ class RecordedSensor:
         Raise `AngenError` if the recording does not tell why the sensor read what it did.
         """
         if not self.track.has_evidence:
-            raise AngenError(
-                f"The recording of '{self.track.sensor}' does not tell why it read this, because "
-                "an earlier version made it: simulate again"
-            )
+            name = self.track.sensor
+            raise AngenError(f"The recording does not tell why '{name}' read this: simulate again")
         return self.track.parameters_at(index)
 
     def evidence(self, name: str, index: int) -> Any:

@@ -11,9 +11,8 @@ import bpy
 import numpy as np
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.kinds.pressure import force_figure
-from bl_ext.user_default.angen_sensors.angen_addon.runtime.state import CACHE as cache
 from bl_ext.user_default.angen_sensors.angen_addon.view import readings
-from bl_ext.user_default.angen_sensors.angen_addon.view.overlay import picture
+from bl_ext.user_default.angen_sensors.angen_addon.view.overlay import picture, refresh
 from bl_ext.user_default.angen_sensors.angen_addon.view.overlay.labels import arrange
 from bl_ext.user_default.angen_sensors.angen_addon.view.overlay.picture import LOOKS as looks
 from bl_ext.user_default.angen_sensors.sensor_logic import model
@@ -137,9 +136,9 @@ def test_keyed_parameters_are_followed(world, field):
 
 def test_undo_and_load_leave_nothing(world, field):
     make_pir(world)
-    cache.overlay = field(3)
+    refresh.overlay = field(3)
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
-    assert cache.overlay is None
+    assert refresh.overlay is None
 
 
 # Looks
@@ -642,7 +641,7 @@ def signs(field, addon_part):
         for seen in field().seen:
             x, y = board.markers[seen.uid] = pixels(seen.matrix.translation)
             board.plates[seen.uid] = x + 8.0, y - 9.0, x + 100.0, y + 9.0
-        cache.overlay.boards[7] = board
+        refresh.overlay.boards[7] = board
 
     return draw
 

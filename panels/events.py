@@ -32,6 +32,9 @@ from ..operators.recording import why_not_fresh
 from ..sensor_logic.recording.tracks import Recording, Track
 from ..sensor_logic.wording import capital
 
+# How many letters fit a line of a popover, beside an icon.
+POPOVER_LETTERS = 26
+
 
 class ANGEN_PT_events(Sidebar, Panel):
     bl_label = "Events"
@@ -115,6 +118,13 @@ def _draw_explanation(layout: Any, explanation: Explanation) -> None:
             name = ""
 
 
+def _draw_wrapped(layout: Any, text: str) -> None:
+    """Draw a text in the lines of a popover, whose width is not that of its region."""
+    column = layout.column(align=True)
+    for number, line in enumerate(textwrap.wrap(text, POPOVER_LETTERS, break_on_hyphens=False)):
+        column.label(text=line, icon="BLANK1" if number else "INFO")
+
+
 class ANGEN_PT_timeline(Panel):
     bl_label = "Sensor History"
     bl_space_type = "DOPESHEET_EDITOR"
@@ -129,9 +139,9 @@ class ANGEN_PT_timeline(Panel):
         column.prop(settings, "rows", expand=True)
         column.prop(settings, "names")
         if RESULTS.recording(context.scene) is None:
-            layout.label(text=why_not_fresh(context.scene), icon="INFO")
+            _draw_wrapped(layout, why_not_fresh(context.scene))
         elif why_no_rows(context) == TOO_LOW:
-            layout.label(text="Drag the upper edge of the Timeline up to see rows", icon="INFO")
+            _draw_wrapped(layout, "Drag the upper edge of the Timeline up to see rows")
         layout.separator()
         line = layout.row(align=True)
         line.operator("angen.markers_add", icon="MARKER_HLT")

@@ -113,7 +113,8 @@ def draw_recording(layout: UILayout, scene: Scene, sensors: Sequence[Sensor]) ->
     if is_running():
         draw_progress(layout, "angen.simulate")
     elif kept is None:
-        layout.label(text=f"Not recorded: {values}", icon="INFO")
+        if sensors:
+            layout.label(text=f"Not recorded: {values}", icon="INFO")
     elif kept.stale:
         now = "Values are live" if scene.angen_live else "Live is off: no values are shown"
         text = f"Recording is stale, {kept.stale}. {now}. Simulate again, or undo"

@@ -97,7 +97,6 @@ def simulate(
     recording: Recording,
     exchanges: Sequence[Exchange] = (),
     clock: Clock | None = None,
-    follow: Callable[[SensorRunner], object] | None = None,
     references: dict[Any, Any] | None = None,
 ) -> Generator[Progress, None, None]:
     """Simulate a range of frames, add the readings to a recording, and yield the progress.
@@ -120,10 +119,6 @@ def simulate(
         Replacements of keyframes during the run, at frames after `frame_start`: see `Exchange`.
     clock
         The time base; by default the scene's.
-    follow
-        A function that is called with a sensor's runner each time its readings were recorded. With
-        such a function, each runner's `Trace` also keeps the last queries of the sensor's model to
-        the scene, and their answers.
     references
         Light references of an earlier run of the same scene, to which the run adds its own. They
         are pictures with many light paths, by which noisy readings are corrected.
@@ -147,7 +142,7 @@ def simulate(
         warm_up = float(getattr(sensor.parameters, "warm_up_time", 0.0))
         recording.tracks[sensor.name] = Track(sensor.name, kind, sensor.uid, steps, clock, warm_up)
     recording.clock = clock
-    run = _Run(scene, runners, first, last, frame_end, recording, exchanges, follow)
+    run = _Run(scene, runners, first, last, frame_end, recording, exchanges)
     run.references = references
     return run.run()
 
@@ -179,15 +174,12 @@ class _Run:
         frame_end: int,
         recording: Recording,
         exchanges: Sequence[Exchange],
-        follow: Callable[[SensorRunner], object] | None,
     ) -> None:
         self._scene, self._runners = scene, runners
         self._first, self._last, self._frame_end = first, last, frame_end
         assert recording.clock is not None
         self._clock = recording.clock
-        self._recording, self._follow = recording, follow
-        for runner in runners:
-            runner.trace.keeps = follow is not None
+        self._recording = recording
         self._exchanges = {self._clock.first_step(e.frame): e for e in exchanges}
         self._still = stillness.Stillness(stillness.NEVER)
         self._moving_scene: MovingScene | None = None
@@ -347,8 +339,6 @@ class _Run:
         track = self._recording.tracks.get(sensor.name)
         if track is not None and track.uid == sensor.uid:
             track.extend(frames, times, readings, pending.parameters)
-            if self._follow is not None:
-                self._follow(pending.runner)
         # Drivers see the new outputs from the next frame on.
         if driven:
             outputs.show(sensor, bool(readings.active[-1]), float(readings.value[-1]))

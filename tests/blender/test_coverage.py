@@ -303,6 +303,10 @@ def test_the_panel_names_the_detectors_and_the_colours(world):
     assert "and 2 more" in texts
     picture = import_module("bl_ext.user_default.angen_sensors.sensor_logic.coverage.picture")
     assert set(picture.LEVELS) <= set(texts)
+    # The field has 0 m, which stands for the usual height.
+    assert "0: usual, 0.914 m" in texts
+    world.scene.angen_coverage.height = 1.2
+    assert not any("usual" in text for text in drawn("ANGEN_PT_coverage").labels)
 
 
 def test_only_the_last_map_is_shown(world):

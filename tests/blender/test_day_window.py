@@ -114,6 +114,40 @@ def readings(recording: Any) -> Any:
     return {name: (list(t.frames), list(t.value)) for name, t in recording.tracks.items()}
 
 
+def test_what_is_animated_beside_objects_rests_too_and_plays_afterwards(
+    scene: Any, world: Any, tmp_path: Path
+) -> None:
+    """Shape keys and nodes: a run of days holds them at the home's first frame, and so do views."""
+    curtain = world.box((1.0, 0.05, 2.0), (4.5, 1.0, 1.0), "Curtain")
+    curtain.shape_key_add(name="Basis")
+    curtain.shape_key_add(name="Drawn")
+    scene.world = bpy.data.worlds.new("Sky")
+    scene.world.use_nodes = True
+
+    def animated() -> list[tuple[Any, str]]:
+        [node] = [n for n in bpy.data.worlds["Sky"].node_tree.nodes if n.type == "BACKGROUND"]
+        key = bpy.data.objects["Curtain"].data.shape_keys.key_blocks["Drawn"]
+        return [(key, "value"), (node.inputs["Strength"], "default_value")]
+
+    def values() -> list[float]:
+        return [float(getattr(*one)) for one in animated()]
+
+    for owner, name in animated():
+        for frame, value in ((1, 0.25), (40, 1.0)):
+            setattr(owner, name, value)
+            owner.keyframe_insert(name, frame=frame)
+    scene.frame_set(20)
+    before = values()
+    assert min(before) > 0.5
+    bpy.ops.angen.day_read()
+    bpy.ops.angen.day_show(index=1)
+    scene.frame_set(scene.frame_start + 30)
+    assert values() == pytest.approx([0.25, 0.25])
+    scene = reopened(tmp_path / "shown.blend")
+    bpy.ops.angen.day_leave()
+    assert scene.frame_current == 20 and values() == pytest.approx(before)
+
+
 @pytest.mark.parametrize("saved", ["the day", "its recording", "twice"])
 def test_saving_a_shown_day_keeps_the_homes_recording_and_that_of_the_day(
     scene: Any, addon_part: Any, tmp_path: Path, saved: str

@@ -480,3 +480,10 @@ def test_an_event_is_named_in_words_not_by_fields(addon_part):
     event_name = addon_part("operators.markers").event_name
     assert event_name(track, 1) == "reading not valid"
     assert event_name(track, 0) == "Free, nobody, reading valid"
+
+
+def test_a_file_without_sensors_is_not_said_to_have_live_values(world):
+    assert "live values" not in drawn("ANGEN_PT_simulation").text
+    world.pir()
+    world.update()
+    assert "Not recorded: live values" in drawn("ANGEN_PT_simulation").text

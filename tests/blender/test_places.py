@@ -11,7 +11,7 @@ from bl_ext.user_default.angen_sensors.angen_addon.doctor import CHECKS as check
 from bl_ext.user_default.angen_sensors.angen_addon.doctor import Examined
 from bl_ext.user_default.angen_sensors.angen_addon.output.describe import describe
 from bl_ext.user_default.angen_sensors.angen_addon.scene.sensors import known_rooms as known
-from bl_ext.user_default.angen_sensors.residents.acting.reach import unreached
+from bl_ext.user_default.angen_sensors.residents.acting.unreached_places import unreached
 from bl_ext.user_default.angen_sensors.residents.blender.places import read_places
 from bl_ext.user_default.angen_sensors.residents.blender.standing import AngenError as error
 from bl_ext.user_default.angen_sensors.residents.operators import places as button
@@ -99,6 +99,21 @@ def test_a_seat_a_bed_and_the_door_between_them(flat, addon_part):
     assert flat.shown(door.handle_at(door.open))[0] == pytest.approx(2.95 - 0.77, abs=0.03)
     assert door.side(door.handle_at(door.open)) == door.side(seat.at) == 1.0
     assert unreached(found) == []
+
+
+def test_marks_that_a_day_cannot_use_are_told_with_the_way_out(world, addon_part):
+    """A door in an instance has no leaf to turn; marks inside an instance are not of this scene."""
+    flat = Flat(world)
+    flat.chair.angen_place.use = "SIT"
+    leaf = world.aside("leaf", flat.door())
+    door = world.instance("Door of an asset", leaf)
+    door.angen_place.use = "DOOR"
+    (problem,) = flat.read(addon_part).problems
+    assert problem.startswith("'Door of an asset': it is an instance") and "Make Insta" in problem
+    bpy.data.objects.remove(door)
+    world.instance("Home", world.aside("home", *bpy.context.scene.objects))
+    with pytest.raises(error, match="the marks of 'Seat' are in instances"):
+        flat.read(addon_part)
 
 
 @pytest.mark.parametrize("scale", [(1, 1, 1), (0.5, 2, 3), (-1, 1, 1), (1, 1, -1)])

@@ -15,14 +15,33 @@ from bl_ext.user_default.angen_sensors.angen_addon.recording.references import R
 from bl_ext.user_default.angen_sensors.angen_addon.recording.results import FOLLOWED, RESULTS
 from bl_ext.user_default.angen_sensors.angen_addon.runtime import handlers
 from bl_ext.user_default.angen_sensors.angen_addon.view.overlay import refresh
+from bl_ext.user_default.angen_sensors.angen_addon.view.readings import ReadingTexts
+from bl_ext.user_default.angen_sensors.angen_addon.view.timeline.layout import HISTORIES
 from bl_ext.user_default.angen_sensors.operators import doctor
-from bl_ext.user_default.angen_sensors.residents.operators import places
+from bl_ext.user_default.angen_sensors.panels import table
+from bl_ext.user_default.angen_sensors.residents.operators import day, places
 from recorded_home import ADDON, recorded
 
 # Objects of these classes hold references to Blender's data.
-REFERRING = {"Sensor", "Live", "SensorRunner", "Probes", "DrawnSensors", "RayCaster"}
+REFERRING = {
+    "Sensor",
+    "Live",
+    "SensorRunner",
+    "Probes",
+    "DrawnSensors",
+    "RayCaster",
+    "ReadingTexts",
+}
 # Objects of these are about the file.
-ABOUT_FILE = {"Recording", "StoredRecording", "FollowedMap", "FollowedDay", "Finding"}
+ABOUT_FILE = {
+    "Recording",
+    "StoredRecording",
+    "FollowedMap",
+    "FollowedDay",
+    "Finding",
+    "History",
+    "ComputedDay",
+}
 
 Left = Callable[[], Counter[str]]
 
@@ -54,6 +73,9 @@ def home(world: Any) -> Any:
         RESULTS.note_result(world.scene, world.update(), kind)
     RESULTS.add_notice("a notice")
     lacking.found.append("a missing file")
+    HISTORIES.get(RESULTS.kept(world.scene).recording, world.sensors())
+    table._texts = ReadingTexts(world.scene)
+    day._computed = day.ComputedDay((0, 0), None, None, None, None)
     places.checked = "1 marked", ()
     REFERENCES._found["lux"] = 1
     return world

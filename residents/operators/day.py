@@ -17,6 +17,7 @@ from bpy.types import Context, Operator
 
 from ...angen_addon.progress import Work, part_of
 from ...angen_addon.runtime import handlers
+from ...angen_addon.scene.memory import forgets_at_load
 from ...angen_addon.scene.sensors import all_sensors, simulated
 from ...operators.long_work import LongWork
 from ...operators.polls import can_read_scene, needs
@@ -35,6 +36,12 @@ from ..routine.routine import time_of_day
 
 # The last computed day: computing one takes seconds.
 _computed: ComputedDay | None = None
+
+
+@forgets_at_load
+def _forget() -> None:
+    global _computed
+    _computed = None
 
 
 @dataclass(frozen=True)

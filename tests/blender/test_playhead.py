@@ -386,7 +386,9 @@ def test_esc_after_the_last_frame_stops_nothing(last, early):
     steps = iter([SimpleNamespace(frame=72.0, share=1.0, doing="")])
     run = ANGEN_OT_simulate._steps(stub, (step for step in steps))
     next(run)
-    assert run.throw(Enough) is early
+    with pytest.raises(StopIteration) as ended:
+        run.throw(Enough)
+    assert ended.value.value is early
 
 
 @pytest.mark.parametrize("early", [True, False])

@@ -23,6 +23,7 @@ from ....sensor_logic.palette import KIND_COLOURS, rgba
 from ....sensor_logic.recording.tracks import Recording, Track
 from ....sensor_logic.report.svg import shortened
 from ...scene.instances import Uid
+from ...scene.memory import forgets_at_load
 
 IDLE, ACTIVE, INVALID, OFF = 0, 1, 2, 3
 # A sensor counts as off between two updates that are more than this many usual intervals apart.
@@ -192,6 +193,7 @@ class Histories:
 
 
 HISTORIES = Histories()
+forgets_at_load(HISTORIES.clear)
 
 
 Colour = tuple[float, float, float, float]

@@ -11,7 +11,7 @@ from bpy.types import Context, Panel, UILayout
 from ..angen_addon.coverage import shown
 from ..angen_addon.view.panel_parts import ClosedSidebar, draw_lines, draw_progress, draw_property
 from ..operators.propose import active_detector
-from ..sensor_logic.wording import plural
+from ..sensor_logic.logs.wording import plural
 
 ROOMS_SHOWN, NAMES_SHOWN = 12, 3
 

@@ -14,12 +14,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .error import InputError
 from .formats.log import DEFAULT_START, Log
 from .formats.reading import read_log
+from .logs.error import InputError
+from .logs.wording import shown_duration
 from .palette import BLUE, ORANGE
 from .report.svg import coordinate, safe, shown_number
-from .wording import shown_duration
 
 # The intervals in which each sensor of a log, in any format, was on.
 

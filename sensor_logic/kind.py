@@ -11,9 +11,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from . import wording
+from .logs import wording
+from .logs.wording import METRES, Lengths
 from .parameters import READING, Parameters, Spec, UsedWhen, is_chosen
-from .wording import METRES, Lengths
 
 # The physical quantities that a model can query from the scene; `model.py` has shapes and units.
 # Ranges of rays; temperature and emissivity at the hits; solids that crossed rays since the last

@@ -13,7 +13,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
-from .wording import METRES, Advice, Lengths, named, typed
+from .logs.wording import METRES, Advice, Lengths, named, typed
 
 # The unit of a parameter that has the unit of its sensor's main reading.
 READING = "reading"

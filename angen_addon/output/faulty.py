@@ -11,9 +11,9 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from ...sensor_logic.error import InputError
 from ...sensor_logic.faults import FaultPlan, make_faults, read_plan, truth_csv
 from ...sensor_logic.formats import Log
+from ...sensor_logic.logs.error import InputError
 
 
 def add_options(parser: Any, path: Any) -> None:

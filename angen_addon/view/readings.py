@@ -10,9 +10,9 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from ...sensor_logic.kind import Field, Kind
+from ...sensor_logic.logs.wording import NOTHING, capital
 from ...sensor_logic.model import NOT_YET, Reading
 from ...sensor_logic.physics import waiting
-from ...sensor_logic.wording import NOTHING, capital
 from ..runtime import playhead, state
 from ..runtime.live import LIGHT_AT_REST, LIGHT_BEFORE
 from ..runtime.playhead import Playhead, PlayheadReading

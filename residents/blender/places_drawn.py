@@ -14,7 +14,7 @@ from mathutils import Matrix, Vector
 from ...angen_addon.runtime import state
 from ...angen_addon.scene.sensors import unit_scale
 from ...angen_addon.view.overlay.settings import redraw_views
-from ...sensor_logic.error import AngenError
+from ...sensor_logic.logs.error import AngenError
 from ...sensor_logic.model import Array
 from ..acting.places import CURTAIN, DOOR, LAMP, LIE, SIT, STAND
 from .marks import FACING, NONE, SLIDES, facing_of, leaf_of, marked, opening_angle

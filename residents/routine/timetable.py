@@ -19,7 +19,7 @@ from datetime import date, datetime, time, timedelta
 from math import inf
 from statistics import NormalDist
 
-from ...sensor_logic.error import InputError, explained
+from ...sensor_logic.logs.error import InputError, explained
 from .routine import AWAY, DAY, FixedPoint, Interruption, Person, Routine, Segment
 
 # Random numbers for routines: one stream for each seed, person, date and purpose, so that another

@@ -10,10 +10,10 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ..error import InputError
-from ..files import read_text
 from ..kinds import KINDS
-from ..lines import KeyPath, line_of, read_toml
+from ..logs.error import InputError
+from ..logs.files import read_text
+from ..logs.lines import KeyPath, line_of, read_toml
 
 Range = tuple[float, float]
 STATES = ("on", "off", "held")

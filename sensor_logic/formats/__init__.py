@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from datetime import datetime, timedelta
 from pathlib import Path
 
-from ..error import InputError, replaced
 from ..log import moment
+from ..logs.error import InputError, replaced
 from . import (
     casas,
     events,

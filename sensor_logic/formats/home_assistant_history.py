@@ -24,7 +24,7 @@ from typing import NamedTuple
 
 from ..kinds import KINDS
 from ..log import Event, Value
-from ..wording import listed
+from ..logs.wording import listed
 from . import home_assistant, source
 from .source import ParsedLog
 from .units import MOST, UNITS, UnitOf

@@ -12,9 +12,9 @@ import io
 import math
 from typing import Any
 
-from ..error import AngenError
 from ..kinds import KINDS
 from ..log import format_value
+from ..logs.error import AngenError
 from .log import FormatFiles, Log
 
 # The columns of a table: {name: (type, values)}.

@@ -19,11 +19,11 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ..error import InputError, explained, replaced
-from ..files import read_text
 from ..kind import Field
 from ..kinds import KINDS
 from ..log import COLUMN, HEADER, Event, Time, Value, format_value, parse_start, read_events, to_csv
+from ..logs.error import InputError, explained, replaced
+from ..logs.files import read_text
 from ..recording.tracks import Recording
 from .log import DEFAULT_START, Change, Channel, Log, LoggedActivity, SensorFacts, in_zone, since
 from .units import UnitOf

@@ -11,7 +11,7 @@ import bpy
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.runtime import stage, state
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.simulation import simulate
-from bl_ext.user_default.angen_sensors.sensor_logic.error import AngenError
+from bl_ext.user_default.angen_sensors.sensor_logic.logs.error import AngenError
 from bl_ext.user_default.angen_sensors.sensor_logic.recording.tracks import Recording
 from light_stage import facing, lamp, material, measure, part, plate, request, sky
 from tiers import mostly_slow

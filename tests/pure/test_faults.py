@@ -11,7 +11,6 @@ from datetime import datetime
 from pathlib import Path
 
 import pytest
-from angen_sensors.sensor_logic.error import InputError
 from angen_sensors.sensor_logic.faults import (
     Fault,
     FaultPlan,
@@ -22,6 +21,7 @@ from angen_sensors.sensor_logic.faults import (
 )
 from angen_sensors.sensor_logic.formats.source import make_log
 from angen_sensors.sensor_logic.log import Event, read_events, rows_csv
+from angen_sensors.sensor_logic.logs.error import InputError
 from hypothesis import given, settings
 from hypothesis import strategies as st
 

@@ -11,7 +11,6 @@ import time
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 
-from ....sensor_logic.error import AngenError
 from ....sensor_logic.formats.home_assistant import (
     CONFIGS,
     OFFLINE,
@@ -22,6 +21,7 @@ from ....sensor_logic.formats.home_assistant import (
 )
 from ....sensor_logic.formats.log import Change, Channel
 from ....sensor_logic.log import Value
+from ....sensor_logic.logs.error import AngenError
 from ...commands.console import note
 from .link import PARTING_S, Link
 

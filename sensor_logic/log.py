@@ -21,8 +21,8 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from .kind import Field
 from .logs.error import InputError, replaced
+from .logs.fields import Field
 from .recording.columns import Column
 from .recording.tracks import Recording, Track
 

@@ -15,7 +15,7 @@ import numpy as np
 from bpy.types import Context
 
 from ...sensor_logic.evidence import rows_of
-from ...sensor_logic.kind import Field
+from ...sensor_logic.logs.fields import Field
 from ...sensor_logic.logs.wording import capital, listed, named, percent, quoted
 from ...sensor_logic.model import LightShare, Pose
 from ...sensor_logic.parameters import specs

@@ -9,7 +9,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-from ...sensor_logic.kind import Field, Kind
+from ...sensor_logic.kind import Kind
+from ...sensor_logic.logs.fields import Field
 from ...sensor_logic.logs.wording import NOTHING, capital
 from ...sensor_logic.model import NOT_YET, Reading
 from ...sensor_logic.physics import waiting

@@ -10,8 +10,8 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ..kinds import KINDS
 from ..logs.error import InputError
+from ..logs.fields import LOGGED_KINDS
 from ..logs.files import read_text
 from ..logs.lines import KeyPath, line_of, read_toml
 
@@ -182,10 +182,10 @@ def _fault(where: _Places, number: int, table: Mapping[str, Any]) -> Fault:
         else:
             values[key] = _names(place, key, value)
     for kind in values.get("kinds", ()):
-        if kind not in KINDS:
+        if kind not in LOGGED_KINDS:
             raise InputError(
                 f"{where.of('kinds', number)}: kind '{kind}' is unknown: choose one of "
-                f"{', '.join(KINDS)}"
+                f"{', '.join(LOGGED_KINDS)}"
             )
     if not set(table) - {"sensors", "kinds"}:
         raise InputError(

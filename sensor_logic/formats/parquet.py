@@ -12,9 +12,9 @@ import io
 import math
 from typing import Any
 
-from ..kinds import KINDS
 from ..log import format_value
 from ..logs.error import AngenError
+from ..logs.fields import LOGGED_KINDS
 from .log import FormatFiles, Log
 
 # The columns of a table: {name: (type, values)}.
@@ -42,7 +42,9 @@ def sample_columns(log: Log) -> Columns:
     assert log.samples is not None
     tracks = [log.samples.tracks[name] for name in sorted(log.samples.tracks)]
     used = {name for track in tracks for name in track.columns}
-    types = {f.name: f.type for kind in KINDS.values() for f in kind.samples if f.name in used}
+    types = {
+        f.name: f.type for kind in LOGGED_KINDS.values() for f in kind.samples if f.name in used
+    }
     columns: Columns = {
         "time_s": (float, []),
         "frame": (float, []),

@@ -19,10 +19,9 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ..kind import Field
-from ..kinds import KINDS
 from ..log import COLUMN, HEADER, Event, Time, Value, format_value, parse_start, read_events, to_csv
 from ..logs.error import InputError, explained, replaced
+from ..logs.fields import LOGGED_KINDS, Field
 from ..logs.files import read_text
 from ..recording.tracks import Recording
 from .log import DEFAULT_START, Change, Channel, Log, LoggedActivity, SensorFacts, in_zone, since
@@ -82,7 +81,7 @@ def field_of(quantity: str) -> tuple[str, str]:
 
     Raise ValueError if there is none.
     """
-    for kind in KINDS.values():
+    for kind in LOGGED_KINDS.values():
         for published in kind.events:
             if published.type is bool and published.quantity == quantity:
                 return kind.identifier, published.name
@@ -221,10 +220,10 @@ def channel_of(sensor: SensorFacts, published: Field) -> Channel:
 
 
 def _field(where: str, event: Event[float]) -> Field:
-    kind = KINDS.get(event.kind)
+    kind = LOGGED_KINDS.get(event.kind)
     if kind is None:
         raise InputError(
-            f"{where}: kind '{event.kind}' is unknown: choose one of {', '.join(KINDS)}"
+            f"{where}: kind '{event.kind}' is unknown: choose one of {', '.join(LOGGED_KINDS)}"
         )
     for published in kind.events:
         if published.name == event.field:
@@ -550,7 +549,7 @@ def _change(time: datetime, entry: KeyRow, word: str, line: int) -> Event[dateti
 
 
 def _is_boolean(entry: KeyRow) -> bool:
-    fields = KINDS[entry.kind].events if entry.kind in KINDS else ()
+    fields = LOGGED_KINDS[entry.kind].events if entry.kind in LOGGED_KINDS else ()
     return any(field.name == entry.field and field.type is bool for field in fields)
 
 

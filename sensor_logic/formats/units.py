@@ -10,9 +10,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from ..kinds import KINDS
 from ..log import Event, as_logged
 from ..logs.error import InputError
+from ..logs.fields import LOGGED_KINDS
 from ..logs.wording import hint, listed
 
 # A standard gravity, in m/s²: a pad that reads kilograms measures their weight.
@@ -99,7 +99,7 @@ class Units:
         InputError
             For a unit that the field cannot have, and for a name that the file does not have.
         """
-        published = {f.name: f.unit for kind in KINDS.values() for f in kind.events}
+        published = {f.name: f.unit for kind in LOGGED_KINDS.values() for f in kind.events}
         used: set[str] = set()
         ways: dict[tuple[str, str], tuple[float, float] | None] = {}
         for key, origin in fields.items():

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..kind import Field
 from ..log import event_rows
+from ..logs.fields import Field
 from ..model import Array
 from ..recording.tracks import Recording, Track
 from .sections import Line

@@ -21,9 +21,9 @@ from ...sensor_logic.formats.source import (
     read_home,
 )
 from ...sensor_logic.formats.units import UNIT_HELP, Units
-from ...sensor_logic.log import parse_start
 from ...sensor_logic.logs.error import AngenError, replaced
 from ...sensor_logic.logs.files import write_files
+from ...sensor_logic.logs.log import parse_start
 from ...sensor_logic.logs.wording import plural
 from ..output.faulty import Faults, add_options
 from .console import BAD_INPUT, DONE, note

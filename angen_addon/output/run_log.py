@@ -16,7 +16,7 @@ import bpy
 
 from ...sensor_logic.formats.log import DEFAULT_START, Log, SensorFacts
 from ...sensor_logic.formats.source import make_log
-from ...sensor_logic.log import events
+from ...sensor_logic.recording.events import events
 from ...sensor_logic.recording.tracks import Recording
 from ..scene.sensors import Sensor
 from .describe import parameters_of

@@ -23,8 +23,8 @@ from pathlib import Path
 import numpy as np
 
 from ..formats.log import Change, Channel, Log, SensorFacts
-from ..log import HEADER, Event, Value, format_time, to_csv
 from ..logs.error import InputError, explained, replaced
+from ..logs.log import HEADER, Event, Value, format_time, to_csv
 from .plan import Fault, FaultPlan, Range
 
 DAY_S = 86400.0

@@ -22,8 +22,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import NamedTuple
 
-from ..log import Event, Value
 from ..logs.fields import LOGGED_KINDS
+from ..logs.log import Event, Value
 from ..logs.wording import listed
 from . import home_assistant, source
 from .source import ParsedLog

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta, tzinfo
 
-from ..log import Event, Value, moment
+from ..logs.log import Event, Value, moment
 from ..recording.tracks import Recording
 
 # The start of a log without dates. Its seconds are then seconds since 1970.

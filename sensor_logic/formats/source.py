@@ -19,10 +19,20 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ..log import COLUMN, HEADER, Event, Time, Value, format_value, parse_start, read_events, to_csv
 from ..logs.error import InputError, explained, replaced
 from ..logs.fields import LOGGED_KINDS, Field
 from ..logs.files import read_text
+from ..logs.log import (
+    COLUMN,
+    HEADER,
+    Event,
+    Time,
+    Value,
+    format_value,
+    parse_start,
+    read_events,
+    to_csv,
+)
 from ..recording.tracks import Recording
 from .log import DEFAULT_START, Change, Channel, Log, LoggedActivity, SensorFacts, in_zone, since
 from .units import UnitOf

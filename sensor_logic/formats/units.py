@@ -10,9 +10,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from ..log import Event, as_logged
 from ..logs.error import InputError
 from ..logs.fields import LOGGED_KINDS
+from ..logs.log import Event, as_logged
 from ..logs.wording import hint, listed
 
 # A standard gravity, in m/s²: a pad that reads kilograms measures their weight.

@@ -20,8 +20,8 @@ from angen_sensors.sensor_logic.faults import (
     undo,
 )
 from angen_sensors.sensor_logic.formats.source import make_log
-from angen_sensors.sensor_logic.log import Event, read_events, rows_csv
 from angen_sensors.sensor_logic.logs.error import InputError
+from angen_sensors.sensor_logic.logs.log import Event, read_events, rows_csv
 from hypothesis import given, settings
 from hypothesis import strategies as st
 

@@ -20,8 +20,8 @@ from ....sensor_logic.formats.home_assistant import (
     is_config_of,
 )
 from ....sensor_logic.formats.log import Change, Channel
-from ....sensor_logic.log import Value
 from ....sensor_logic.logs.error import AngenError
+from ....sensor_logic.logs.log import Value
 from ...commands.console import note
 from .link import PARTING_S, Link
 

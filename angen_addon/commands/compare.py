@@ -12,6 +12,7 @@ from ...sensor_logic.compare import measures, read
 from ...sensor_logic.formats.outputs import check_apart
 from ...sensor_logic.logs.error import AngenError
 from ...sensor_logic.logs.files import write_files
+from ...sensor_logic.report import comparison
 from .console import BAD_INPUT, DONE, FAILED, note
 from .parser import Parser, path
 
@@ -30,7 +31,7 @@ def main(arguments: list[str], program: str) -> int:
         found = measures(first, second)
         if options.picture:
             check_apart("--picture", options.picture, [options.log, options.other])
-            write_files({options.picture: compare.svg(first, second, found)})
+            write_files({options.picture: comparison.svg(first, second, found)})
     except AngenError as error:
         return _fail(str(error), error.status)
     except OSError as error:

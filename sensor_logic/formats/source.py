@@ -33,8 +33,17 @@ from ..logs.log import (
     read_events,
     to_csv,
 )
-from ..recording.tracks import Recording
-from .log import DEFAULT_START, Change, Channel, Log, LoggedActivity, SensorFacts, in_zone, since
+from .log import (
+    DEFAULT_START,
+    Change,
+    Channel,
+    Log,
+    LoggedActivity,
+    Samples,
+    SensorFacts,
+    in_zone,
+    since,
+)
 from .units import UnitOf
 
 # The result of a reader: changes with dates.
@@ -171,7 +180,7 @@ def make_log(
     start: datetime = DEFAULT_START,
     activities: Iterable[LoggedActivity] = (),
     about: Mapping[str, str] | None = None,
-    samples: Recording | None = None,
+    samples: tuple[Samples, ...] | None = None,
     has_states: bool = True,
 ) -> Log:
     """Return a `Log` of events, after a check of their kinds, fields, values and times.
@@ -185,7 +194,7 @@ def make_log(
     about
         Texts about the home, by name.
     samples
-        The recording of all updates, if there is one.
+        All updates of each sensor, if they are known.
     has_states
         Whether the first event of each field is its initial state.
 

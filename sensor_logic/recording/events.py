@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..formats.log import Samples
 from ..logs.fields import Field
 from ..logs.log import (
     COLUMN,
@@ -111,6 +112,14 @@ def events_csv(recording: Recording, start: datetime | None = None) -> str:
     `start` is the date and time of t = 0. If it is given, a last column has dates and times.
     """
     return rows_csv(events(recording), start)
+
+
+def samples_of(recording: Recording) -> tuple[Samples, ...]:
+    """Return all updates of each sensor, for a `Log`."""
+    return tuple(
+        Samples(track.sensor, track.kind_name, track.times, track.frames, track.columns)
+        for track in recording.tracks.values()
+    )
 
 
 def samples_csv(track: Track, start: datetime | None = None) -> Iterator[str]:

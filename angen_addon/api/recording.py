@@ -10,13 +10,13 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ...sensor_logic.formats import FORMATS
-from ...sensor_logic.formats.log import DEFAULT_START, Log, SensorFacts
-from ...sensor_logic.formats.outputs import check_apart, check_out, output_files
-from ...sensor_logic.formats.parquet import event_columns
-from ...sensor_logic.formats.source import make_log
 from ...sensor_logic.logs.error import AngenError
 from ...sensor_logic.logs.files import write_files
+from ...sensor_logic.logs.formats import FORMATS
+from ...sensor_logic.logs.formats.log import DEFAULT_START, Log, SensorFacts
+from ...sensor_logic.logs.formats.outputs import check_apart, check_out, output_files
+from ...sensor_logic.logs.formats.parquet import event_columns
+from ...sensor_logic.logs.formats.source import make_log
 from ...sensor_logic.recording.events import events, samples_of
 from ...sensor_logic.recording.tracks import Recording as Run
 from ..output.faulty import Faults

@@ -7,11 +7,11 @@ import io
 import json
 import sys
 
-from ...sensor_logic import compare
-from ...sensor_logic.compare import measures, read
-from ...sensor_logic.formats.outputs import check_apart
+from ...sensor_logic.logs import compare
+from ...sensor_logic.logs.compare import measures, read
 from ...sensor_logic.logs.error import AngenError
 from ...sensor_logic.logs.files import write_files
+from ...sensor_logic.logs.formats.outputs import check_apart
 from ...sensor_logic.report import comparison
 from .console import BAD_INPUT, DONE, FAILED, note
 from .parser import Parser, path

@@ -14,8 +14,8 @@ from typing import Any
 
 import bpy
 
-from ...sensor_logic.formats.log import DEFAULT_START, Log, SensorFacts
-from ...sensor_logic.formats.source import make_log
+from ...sensor_logic.logs.formats.log import DEFAULT_START, Log, SensorFacts
+from ...sensor_logic.logs.formats.source import make_log
 from ...sensor_logic.recording.events import events, samples_of
 from ...sensor_logic.recording.tracks import Recording
 from ..scene.sensors import Sensor

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..formats.log import Samples
 from ..logs.fields import Field
+from ..logs.formats.log import Samples
 from ..logs.log import (
     COLUMN,
     Event,

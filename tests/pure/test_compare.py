@@ -19,7 +19,14 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from angen_sensors.sensor_logic.compare import counts, gaps, ks_distance, on_times, read, shares
+from angen_sensors.sensor_logic.logs.compare import (
+    counts,
+    gaps,
+    ks_distance,
+    on_times,
+    read,
+    shares,
+)
 from angen_sensors.sensor_logic.logs.error import InputError
 from angen_sensors.sensor_logic.logs.log import (
     Event,

@@ -16,8 +16,8 @@ from pathlib import Path
 from zoneinfo import ZoneInfo
 
 import pytest
-from angen_sensors.sensor_logic.formats.log import SensorFacts, slug
-from angen_sensors.sensor_logic.formats.source import make_log
+from angen_sensors.sensor_logic.logs.formats.log import SensorFacts, slug
+from angen_sensors.sensor_logic.logs.formats.source import make_log
 from angen_sensors.sensor_logic.logs.log import Event
 from log_of_a_year import ABOUT, ACTIVITIES, AWKWARD, ROWS, START, YEAR, year
 

@@ -11,7 +11,8 @@ import time
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 
-from ....sensor_logic.formats.home_assistant import (
+from ....sensor_logic.logs.error import AngenError
+from ....sensor_logic.logs.formats.home_assistant import (
     CONFIGS,
     OFFLINE,
     ONLINE,
@@ -19,8 +20,7 @@ from ....sensor_logic.formats.home_assistant import (
     Message,
     is_config_of,
 )
-from ....sensor_logic.formats.log import Change, Channel
-from ....sensor_logic.logs.error import AngenError
+from ....sensor_logic.logs.formats.log import Change, Channel
 from ....sensor_logic.logs.log import Value
 from ...commands.console import note
 from .link import PARTING_S, Link

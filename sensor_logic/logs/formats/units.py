@@ -10,10 +10,10 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from ..logs.error import InputError
-from ..logs.fields import LOGGED_KINDS
-from ..logs.log import Event, as_logged
-from ..logs.wording import hint, listed
+from ..error import InputError
+from ..fields import LOGGED_KINDS
+from ..log import Event, as_logged
+from ..wording import hint, listed
 
 # A standard gravity, in m/s²: a pad that reads kilograms measures their weight.
 GRAVITY = 9.80665

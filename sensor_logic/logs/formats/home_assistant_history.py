@@ -22,9 +22,9 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import NamedTuple
 
-from ..logs.fields import LOGGED_KINDS
-from ..logs.log import Event, Value
-from ..logs.wording import listed
+from ..fields import LOGGED_KINDS
+from ..log import Event, Value
+from ..wording import listed
 from . import home_assistant, source
 from .source import ParsedLog
 from .units import MOST, UNITS, UnitOf

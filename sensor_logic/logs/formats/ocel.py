@@ -10,7 +10,7 @@ from __future__ import annotations
 import json
 from typing import Any
 
-from ..logs.log import format_value
+from ..log import format_value
 from .log import Change, FormatFiles, Log, LoggedActivity, SensorFacts
 
 TYPES = {bool: "boolean", float: "float", int: "integer", str: "string"}

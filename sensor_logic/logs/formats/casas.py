@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 
-from ..logs.wording import listed
+from ..wording import listed
 from . import source
 from .log import Change, Channel, FormatFiles, Log, LoggedActivity, camel, label, titles, unique
 from .source import ParsedLog

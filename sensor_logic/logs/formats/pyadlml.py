@@ -13,7 +13,7 @@ from collections.abc import Iterable, Iterator
 from datetime import datetime
 from pathlib import Path
 
-from ..logs.log import format_value, to_csv
+from ..log import format_value, to_csv
 from . import source
 from .log import FormatFiles, Log, titles, unique
 from .source import ParsedLog

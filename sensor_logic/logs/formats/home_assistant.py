@@ -17,7 +17,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ..logs.log import Event, Value, format_value
+from ..log import Event, Value, format_value
 from .log import Channel, FormatFiles, Log, SensorFacts, slug, unique
 from .source import ParsedLog
 

@@ -14,7 +14,7 @@ from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 
-from ..logs.fields import LOGGED_KINDS
+from ..fields import LOGGED_KINDS
 from .log import Change, Channel, FormatFiles, Log, slug, unique
 
 # ROS 2 messages: definitions, and encoding in CDR (OMG DDSI-RTPS 2.5, chapter 10).

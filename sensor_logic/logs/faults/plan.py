@@ -10,10 +10,10 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ..logs.error import InputError
-from ..logs.fields import LOGGED_KINDS
-from ..logs.files import read_text
-from ..logs.lines import KeyPath, line_of, read_toml
+from ..error import InputError
+from ..fields import LOGGED_KINDS
+from ..files import read_text
+from ..lines import KeyPath, line_of, read_toml
 
 Range = tuple[float, float]
 STATES = ("on", "off", "held")

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from ..logs.log import rows_csv
+from ..log import rows_csv
 from .log import DEFAULT_START, FormatFiles, Log
 
 # The first names in the header of an event log, and of the events of simulated days.

@@ -13,7 +13,7 @@ from __future__ import annotations
 import re
 from itertools import groupby
 
-from ..logs.log import format_value
+from ..log import format_value
 from .log import Change, FormatFiles, Log
 
 ACTIVITY = "activity"

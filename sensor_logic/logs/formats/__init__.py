@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from datetime import datetime, timedelta
 from pathlib import Path
 
-from ..logs.error import InputError, replaced
-from ..logs.log import moment
+from ..error import InputError, replaced
+from ..log import moment
 from . import (
     casas,
     events,

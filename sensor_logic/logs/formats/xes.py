@@ -13,7 +13,7 @@ from collections import defaultdict
 from collections.abc import Iterator
 from xml.sax.saxutils import quoteattr
 
-from ..logs.log import format_value
+from ..log import format_value
 from .log import Change, FormatFiles, Log, LoggedActivity
 
 HEAD = """<?xml version="1.0" encoding="UTF-8"?>

@@ -12,9 +12,9 @@ import io
 import math
 from typing import Any
 
-from ..logs.error import AngenError
-from ..logs.fields import LOGGED_KINDS
-from ..logs.log import format_value
+from ..error import AngenError
+from ..fields import LOGGED_KINDS
+from ..log import format_value
 from .log import FormatFiles, Log
 
 # The columns of a table: {name: (type, values)}.

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from datetime import datetime, tzinfo
 from pathlib import Path
 
-from ..logs.error import InputError, explained
-from ..logs.log import HEADER, Event
+from ..error import InputError, explained
+from ..log import HEADER, Event
 from . import FORMATS, Format
 from .log import DEFAULT_START, Log, LoggedActivity, SensorFacts, count_left_out, since
 from .source import ParsedLog, events_of, make_log, read_log_events, sort_rows

@@ -19,10 +19,10 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ..logs.error import InputError, explained, replaced
-from ..logs.fields import LOGGED_KINDS, Field
-from ..logs.files import read_text
-from ..logs.log import (
+from ..error import InputError, explained, replaced
+from ..fields import LOGGED_KINDS, Field
+from ..files import read_text
+from ..log import (
     COLUMN,
     HEADER,
     Event,

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta, tzinfo
 from typing import Any
 
-from ..logs.log import Event, Value, moment
+from ..log import Event, Value, moment
 
 # The start of a log without dates. Its seconds are then seconds since 1970.
 DEFAULT_START = datetime(1970, 1, 1)

@@ -7,8 +7,8 @@ from collections.abc import Iterable
 from importlib.util import find_spec
 from pathlib import Path
 
-from ..logs.error import InputError
-from ..logs.files import check_folder
+from ..error import InputError
+from ..files import check_folder
 from . import Format, FormatFiles
 
 

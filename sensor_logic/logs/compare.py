@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from .error import InputError
 from .formats.log import DEFAULT_START, Log
 from .formats.reading import read_log
-from .logs.error import InputError
-from .logs.wording import shown_duration
+from .wording import shown_duration
 
 # The intervals in which each sensor of a log, in any format, was on.
 

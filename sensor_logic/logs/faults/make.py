@@ -22,9 +22,9 @@ from pathlib import Path
 
 import numpy as np
 
+from ..error import InputError, explained, replaced
 from ..formats.log import Change, Channel, Log, SensorFacts
-from ..logs.error import InputError, explained, replaced
-from ..logs.log import HEADER, Event, Value, format_time, to_csv
+from ..log import HEADER, Event, Value, format_time, to_csv
 from .plan import Fault, FaultPlan, Range
 
 DAY_S = 86400.0

@@ -10,7 +10,7 @@ from bpy.props import BoolProperty
 from bpy.types import Context, Operator
 
 from ..angen_addon.explain.explain import MEMORY, explain
-from ..angen_addon.runtime import state
+from ..angen_addon.recording.results import RESULTS
 from ..angen_addon.runtime.time_base import clock_of
 from ..angen_addon.view.active import active_sensor
 from ..sensor_logic.logs.error import AngenError
@@ -59,7 +59,7 @@ class ANGEN_OT_explain(Operator):
             explanation = explain(scene, sensor, recording, index)
         except AngenError as error:
             return cancelled(self, error)
-        kept = state.CACHE.kept(scene)
+        kept = RESULTS.kept(scene)
         if kept is not None and kept.stale and not explanation.doubt:
             doubt = f"the recording is stale ({kept.stale}): simulate again"
             explanation = replace(explanation, doubt=doubt)

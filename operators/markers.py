@@ -10,7 +10,7 @@ import bpy
 import numpy as np
 from bpy.types import Context, Operator
 
-from ..angen_addon.runtime import state
+from ..angen_addon.recording.results import RESULTS
 from ..angen_addon.scene.sensors import Sensor, all_sensors
 from ..angen_addon.view.active import active_sensor
 from ..sensor_logic.logs.log import format_value
@@ -88,7 +88,7 @@ class ANGEN_OT_markers_add(Operator):
 
     def execute(self, context: Context) -> set[str]:
         scene = context.scene
-        recording = state.CACHE.recording(scene)
+        recording = RESULTS.recording(scene)
         assert recording is not None
         sensors = _selected(context)
         events = list(self._events(recording, sensors, scene.angen_timeline.values))

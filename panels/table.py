@@ -13,7 +13,7 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, IntProperty, PointerProperty, StringProperty
 from bpy.types import Context, Panel, PropertyGroup, UIList, WindowManager
 
-from ..angen_addon.runtime import state
+from ..angen_addon.runtime.edits import EDITS
 from ..angen_addon.scene.instances import stands_for
 from ..angen_addon.scene.sensors import Sensor
 from ..angen_addon.view.panel_parts import USUAL_WIDTH, Sidebar
@@ -179,7 +179,7 @@ class ANGEN_PT_table(Sidebar, Panel):
 
     def draw(self, context: Context) -> None:
         layout, settings = self.layout, context.window_manager.angen_table
-        sensors = state.CACHE.sensors(context.view_layer)
+        sensors = EDITS.sensors(context.view_layer)
         if not sensors:
             layout.label(text="No sensors yet: Shift+A, Sensor", icon="INFO")
             return

@@ -287,7 +287,7 @@ def compare_explained(found: Comparison, sensor: Any, frame: float) -> None:
     context.scene.frame_set(math.floor(frame + 1e-4), subframe=max(0.0, frame % 1.0))
     context.view_layer.objects.active = sensor.object
     bpy.ops.angen.explain("EXEC_DEFAULT")
-    recording = part("angen_addon.runtime.state").CACHE.recording(context.scene)
+    recording = part("angen_addon.recording.results").RESULTS.recording(context.scene)
     track = recording.track_of(sensor.uid)
     explanation = memory.recall(recording, sensor.uid, track.at(frame + 1e-4))
     at = found.log.at(sensor.name, frame)

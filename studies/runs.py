@@ -30,9 +30,9 @@ from ..angen_addon.coverage.maps import cover, detectors
 from ..angen_addon.output.run_log import about, sensor_facts
 from ..angen_addon.progress import finished
 from ..angen_addon.runtime.simulation import simulate
-from ..angen_addon.runtime.state import are_driven
 from ..angen_addon.runtime.time_base import evaluated_depsgraph
 from ..angen_addon.scene.animation import may_set
+from ..angen_addon.scene.outputs import are_driven
 from ..angen_addon.scene.sensors import Sensor, all_sensors
 from ..residents.blender.folder import digest_of as digest_of_home
 from ..residents.blender.run import HouseholdDays, Plan, run_days

@@ -8,9 +8,10 @@ import json
 import sys
 
 from ...sensor_logic.logs import compare
-from ...sensor_logic.logs.compare import measures, read
+from ...sensor_logic.logs.compare import measures, read_both
 from ...sensor_logic.logs.error import AngenError
 from ...sensor_logic.logs.files import write_files
+from ...sensor_logic.logs.formats.label_map import read_map
 from ...sensor_logic.logs.formats.outputs import check_apart
 from ...sensor_logic.report import comparison
 from .console import BAD_INPUT, DONE, FAILED, note
@@ -25,7 +26,8 @@ def main(arguments: list[str], program: str) -> int:
     """
     options = make_parser(program).parse_args(arguments)
     try:
-        first, second = read(options.log), read(options.other)
+        labels = read_map(options.labels).labels if options.labels else {}
+        first, second = read_both(options.log, options.other, labels)
         for text in dict.fromkeys((*first.notes, *second.notes)):
             note(text)
         found = measures(first, second)
@@ -71,11 +73,20 @@ def make_parser(program: str) -> Parser:
     """Return the argument parser of `angen compare`."""
     parser = Parser(
         prog=f"{program} compare",
-        description="Compare how long and how often sensors are on in two logs.",
+        description="Compare how long and how often sensors are on, or things done, in two logs.",
     )
-    about = "an event log, a folder of days, or a log in another format"
+    about = (
+        "an event log, a folder of days, or a log in another format; or a log of activities, as "
+    )
+    about += "`learn` reads them, to compare what people did"
     parser.add_argument("log", type=path, metavar="LOG", help=about)
     parser.add_argument("other", type=path, metavar="LOG", help=about)
+    parser.add_argument(
+        "--labels",
+        type=path,
+        metavar="FILE.toml",
+        help="table [labels] with other names for activities",
+    )
     parser.add_argument("--json", action="store_true", help="print JSON, for programs")
     parser.add_argument(
         "--picture",

@@ -21,6 +21,8 @@ class RecordedSensor:
 
     Attributes
     ----------
+    scene, recording
+        The scene, and the recording with the sensor.
     track
         The recorded updates of the sensor.
     metres
@@ -35,7 +37,7 @@ class RecordedSensor:
             # The variants of a sensor in a study have the same uid, but different names.
             track = recording.tracks[sensor.name]
         assert track is not None and clock is not None
-        self.scene = scene
+        self.scene, self.recording = scene, recording
         self.sensor = sensor
         self.track: Track = track
         self.clock = clock
@@ -49,10 +51,8 @@ class RecordedSensor:
         Raise `AngenError` if the recording does not tell why the sensor read what it did.
         """
         if not self.track.has_evidence:
-            raise AngenError(
-                f"The recording of '{self.track.sensor}' does not tell why it read this, because "
-                "an earlier version made it: simulate again"
-            )
+            name = self.track.sensor
+            raise AngenError(f"The recording does not tell why '{name}' read this: simulate again")
         return self.track.parameters_at(index)
 
     def evidence(self, name: str, index: int) -> Any:

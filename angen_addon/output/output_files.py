@@ -164,7 +164,8 @@ class Outputs(WholeFiles):
             # Beside the target, so that relative paths in the file come out right.
             part = self.new(path, ".blend")
             bpy.ops.wm.save_as_mainfile(filepath=str(part), copy=True, check_existing=False)
-            with open(part, "rb") as saved:
+            # Windows flushes no file that is open for reading only.
+            with open(part, "r+b") as saved:
                 os.fsync(saved.fileno())
                 # Blender 5.2 does not notice that the disk is full.
                 if not _is_whole(saved):

@@ -19,9 +19,9 @@ from ...sensor_logic.logs.toml_table import suggestion
 from ..body.skeleton import Build
 from ..routine.routine import DAY, Routine, Segment
 from ..routine.timetable import OTHER, Draws, Stream
-from .ground import Ground
+from .floor_map import FloorMap
 from .home_in_use import HomeInUse
-from .living import Performer
+from .performer import Performer
 from .places import Place, Places
 from .timeline import AWAY, STANDING, Acted, ActedActivity, Stay, Wait
 from .words import ActivitySteps, check_can_do, read_activities
@@ -38,10 +38,10 @@ def act(
     residents: Mapping[str, Build],
     draws: Draws,
     day: int,
-    ground: Ground | None = None,
+    floor_map: FloorMap | None = None,
 ) -> Acted:
     """Act out the day with the number `day`; see `acting` for the parameters."""
-    return finished(acting(segments, routine, places, residents, draws, day, ground))
+    return finished(acting(segments, routine, places, residents, draws, day, floor_map))
 
 
 def acting(
@@ -51,7 +51,7 @@ def acting(
     residents: Mapping[str, Build],
     draws: Draws,
     day: int,
-    ground: Ground | None = None,
+    floor_map: FloorMap | None = None,
 ) -> Work[Acted]:
     """Act out the day with the number `day`, and yield the progress.
 
@@ -69,7 +69,7 @@ def acting(
         The random numbers, with the date of day 0.
     day : int
         The number of the day to act, from 0.
-    ground : Ground, optional
+    floor_map : FloorMap, optional
         The floors from an earlier call, with their cached paths.
 
     Yields
@@ -90,7 +90,7 @@ def acting(
     activities = read_activities(routine, places)
     _check_segments(segments, activities, residents, places)
     users = _users_of_places(segments, routine, activities, residents)
-    home = HomeInUse(places, ground or Ground(places), users=users)
+    home = HomeInUse(places, floor_map or FloorMap(places), users=users)
     plans = {person: _segments_of_day(segments, person, day, draws) for person in residents}
     _restore_home(home, segments, activities, plans, day)
     left = home.state()

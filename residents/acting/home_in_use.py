@@ -13,7 +13,7 @@ from typing import Protocol
 import numpy as np
 
 from ...sensor_logic.model import Array
-from .ground import Ground
+from .floor_map import FloorMap
 from .places import DOOR, Door, Place, Places
 from .timeline import LYING, SITTING, Gesture, Hold, LeafSwing, Switch, Wait
 
@@ -73,7 +73,7 @@ class HomeInUse:
     ----------
     places : Places
         The marked places, doors and lamps.
-    ground : Ground
+    floor_map : FloorMap
         The floors and the paths on them.
     openings : dict of str to float
         The present opening of each leaf that was moved, rad or m.
@@ -92,7 +92,7 @@ class HomeInUse:
     """
 
     places: Places
-    ground: Ground
+    floor_map: FloorMap
     openings: dict[str, float] = field(default_factory=dict)
     lamps: dict[str, bool] = field(default_factory=dict)
     things: dict[str, str] = field(default_factory=dict)
@@ -232,7 +232,7 @@ class HomeInUse:
         now = np.array([occupant.now])
         return not any(
             (patient or other.place)
-            and self.ground.in_swing(door, other.positions_at(now)[0], FROM_LEAF)
+            and self.floor_map.in_swing(door, other.positions_at(now)[0], FROM_LEAF)
             for other in self._others(occupant)
         )
 

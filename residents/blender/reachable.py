@@ -26,7 +26,7 @@ from ...sensor_logic.logs.error import AngenError
 from ...sensor_logic.logs.wording import Lengths, named, plural, quoted, uncapitalized
 from ...sensor_logic.model import Array
 from ..acting.places import LAMP, Place, Places
-from ..acting.reach import Unreached, unreached_in_steps
+from ..acting.unreached_places import Unreached, unreached_in_steps
 from .lamps import lamp_of, unswitchable
 from .marks import LABELS, NONE, marked
 from .places import read_marks, read_marks_in_steps

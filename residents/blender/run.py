@@ -30,7 +30,7 @@ from ...sensor_logic.logs.log import Event
 from ...sensor_logic.logs.wording import uncapitalized
 from ...sensor_logic.model import Array
 from ...sensor_logic.recording.tracks import Recording, Track
-from ..acting import Ground, acting
+from ..acting import FloorMap, acting
 from ..acting.places import Places
 from ..acting.timeline import Acted
 from ..body.skeleton import Build
@@ -190,14 +190,13 @@ class DayRun:
                 self.recording,
                 exchanges,
                 self._clock,
-                self._causes.note if self._causes.wanted else None,
             )
-            self._causes.explain_left()
+            self._causes.add_events()
         self.events = attribute_events(_events(self._causes.events, self.midnight))
 
     def _shown(self, start: float, end: float) -> Callable[[], None]:
         def exchange() -> None:
-            self._causes.explain_left()
+            self._causes.add_events()
             self._show(start, end)
             release_memory()
 
@@ -365,7 +364,7 @@ class HouseholdDays:
         for name, obj in self.residents.items():
             with explained(self.plan.routine.persons[name].where, ValueError):
                 self._builds[name] = build_of(obj)
-        self._ground = Ground(self.places)
+        self._floor_map = FloorMap(self.places)
         # Found here, because later the animation, which says how bright lamps are, is held.
         lamps = [bpy.data.objects[lamp.object] for lamp in self.places.lamps.values()]
         self._unswitchable = list(unswitchable(lamps, evaluated_depsgraph()))
@@ -417,7 +416,7 @@ class HouseholdDays:
                     self._builds,
                     Draws(self.seed, self.start),
                     number,
-                    self._ground,
+                    self._floor_map,
                 )
             )
 

@@ -16,7 +16,7 @@ from bpy.props import IntProperty, StringProperty
 from bpy.types import Context, Operator
 
 from ...angen_addon.progress import Work, part_of
-from ...angen_addon.runtime import state
+from ...angen_addon.runtime import handlers
 from ...angen_addon.scene.sensors import all_sensors, simulated
 from ...operators.long_work import LongWork
 from ...operators.polls import can_read_scene, needs
@@ -210,7 +210,7 @@ class _ShowActivity(LongWork):
         if time is not None:
             scene.frame_set(frame_at(time))
         if day is not None:
-            state.CACHE.settings_changed(scene)
+            handlers.settings_changed(scene)
             _scroll_timelines(context)
 
 
@@ -305,7 +305,7 @@ class ANGEN_OT_day_leave(Operator):
                 f"{named(changed)}. Check them, or undo"
             )
             self.report({"WARNING"}, text)
-        state.CACHE.settings_changed(context.scene)
+        handlers.settings_changed(context.scene)
         _scroll_timelines(context)
         return {"FINISHED"}
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from pathlib import Path
@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .error import InputError
+from .formats import activities
 from .formats.log import DEFAULT_START, Log
 from .formats.reading import read_log
 from .wording import shown_duration
@@ -55,9 +56,12 @@ class HomeIntervals:
         The begin and the end of the log in s since its t = 0. A folder of days ends at midnight,
         any other log with its last change.
     sensors
-        The intervals of each sensor by name.
+        The intervals of each sensor by name. In a log of activities, each activity is a sensor and
+        its own quantity, and t = 0 is a midnight.
     notes
         A sentence for each repair or omission while the log was read.
+    has_activities
+        Whether it is a log of activities.
     """
 
     name: str
@@ -65,6 +69,7 @@ class HomeIntervals:
     end: float
     sensors: dict[str, SensorIntervals]
     notes: tuple[str, ...] = ()
+    has_activities: bool = False
 
     @property
     def length(self) -> float:
@@ -88,6 +93,41 @@ def read(path: Path) -> HomeIntervals:
             "compare: give a longer log"
         )
     return replace(home, end=end, notes=source.notes)
+
+
+def read_both(
+    one: Path, two: Path, labels: Mapping[str, str] | None = None
+) -> tuple[HomeIntervals, HomeIntervals]:
+    """Return the intervals of two logs: those of activities if one has only these, else of sensors.
+
+    `labels` has other names for some activities. Raise InputError or OSError as `read` does.
+    """
+    if any(activities.is_activities(path) for path in (one, two)):
+        return _read_activities(one, labels or {}), _read_activities(two, labels or {})
+    return read(one), read(two)
+
+
+def _read_activities(path: Path, labels: Mapping[str, str]) -> HomeIntervals:
+    """Return the intervals of a log of activities, on whole days by the calendar."""
+    found, notes = activities.read(path)
+    midnight = found[0].start.replace(hour=0, minute=0, second=0, microsecond=0)
+    done: dict[str, SensorIntervals] = {}
+    last = 0.0
+    for row in found:
+        begin, end = ((at - midnight).total_seconds() for at in (row.start, row.end))
+        name = labels.get(row.activity, row.activity)
+        one = done.setdefault(name, SensorIntervals(name))
+        one.starts.append(begin)
+        one.intervals.append((begin, end))
+        last = max(last, end)
+    # A day of which up to three hours are missing counts as whole.
+    first = math.ceil((found[0].start - midnight).total_seconds() / DAY_S - 1 / 8)
+    days = max(math.floor(last / DAY_S + 1 / 8) - first, 0)
+    if not days:
+        raise InputError(f"{path} has no whole day, so there is nothing to compare")
+    return HomeIntervals(
+        path.name, first * DAY_S, (first + days) * DAY_S, done, tuple(notes), has_activities=True
+    )
 
 
 Row = tuple[float, str, str, bool]
@@ -197,12 +237,7 @@ def measures(one: HomeIntervals, two: HomeIntervals) -> list[Measure]:
     return [
         Measure(group, name, unit, (of(one, group), of(two, group)))
         for group in groups
-        for name, unit, of in (
-            ("on for", "s", on_times),
-            ("from on to on", "s", gaps),
-            ("on a sensor and day", "times", counts),
-            ("any on", "% of a day", shares),
-        )
+        for name, unit, of in (ACTIVITY_FIGURES if one.has_activities else SENSOR_FIGURES)
     ]
 
 
@@ -263,6 +298,27 @@ def _days(home: HomeIntervals) -> tuple[Values, float]:
         return np.array([home.begin + DAY_S * day for day in range(whole + 1)]), 1.0
     return np.array([home.begin, home.end]), DAY_S / home.length
 
+
+def hours(home: HomeIntervals, group: str) -> Values:
+    """Return the times of day, in h, at which an activity begins: from 4 to 28, as nights do."""
+    starts = np.array([start for one in _sensors_in(home, group) for start in one.starts])
+    return (starts / 3600 - 4.0) % 24.0 + 4.0
+
+
+# The name, unit and function of each figure of a sensor, and of an activity.
+Figure = tuple[str, str, Callable[[HomeIntervals, str], Values]]
+SENSOR_FIGURES: tuple[Figure, ...] = (
+    ("on for", "s", on_times),
+    ("from on to on", "s", gaps),
+    ("on a sensor and day", "times", counts),
+    ("any on", "% of a day", shares),
+)
+ACTIVITY_FIGURES: tuple[Figure, ...] = (
+    ("begins at", "h", hours),
+    ("lasts", "s", on_times),
+    ("times a day", "times", counts),
+    ("under way", "% of a day", shares),
+)
 
 # The comparison as text, and as data for programs.
 

@@ -368,10 +368,10 @@ def field(world: World) -> Iterator[Callable[..., Any]]:
 
     With a frame it follows as in playback, without one as with the playhead at rest.
     """
-    state = part("angen_addon.runtime.state").CACHE
+    refresh = part("angen_addon.view.overlay.refresh")
     live_of = part("angen_addon.runtime.live").live_of
     sensors = part("angen_addon.view.overlay.picture")
-    made = state.overlay = sensors.DrawnSensors(world.scene)
+    made = refresh.overlay = sensors.DrawnSensors(world.scene)
 
     def follow(frame: float | None = None, publish: bool = True) -> Any:
         scene, layer = world.scene, world.bpy.context.view_layer
@@ -386,4 +386,4 @@ def field(world: World) -> Iterator[Callable[..., Any]]:
         return made
 
     yield follow
-    state.overlay = None
+    refresh.discard()

@@ -62,7 +62,7 @@ def test_it_needs_no_blender_and_takes_any_format(tmp_path) -> None:
     assert [e.row for e in read_log(target).events] == [e.row for e in read_log(source).events]
 
 
-@pytest.mark.parametrize("verb", ["compare", "replay"])
+@pytest.mark.parametrize("verb", ["compare", "replay", "learn"])
 def test_the_other_verbs_need_no_blender_either(verb) -> None:
     done = subprocess.run(
         [sys.executable, "-c", WITHOUT_BLENDER, verb, "--help"],

@@ -490,6 +490,25 @@ def test_a_column_of_units_is_read(run) -> None:
     assert (status, told, values(out)) == (0, [], ["135", "1.832"])
 
 
+def test_a_row_without_a_reading_needs_no_unit(run) -> None:
+    head, row = RADARS.splitlines()[:2]
+    gone = ",".join([row.split(",")[0], "unavailable", row.split(",")[2]])
+    text = "\n".join([f"{head},unit_of_measurement", f"{gone},", f"{row},cm"]) + "\n"
+    status, told, out = run(text, "events")
+    assert (status, len(told), values(out)) == (0, 1, ["1.35"]) and "unavailable" in told[0]
+
+
+@pytest.mark.parametrize(
+    ("units", "words"), [(("cm", "m"), "'cm' and 'm'"), (("", "m"), "none and")]
+)
+def test_a_unit_that_changes_is_one_line(run, units, words) -> None:
+    head, row = RADARS.splitlines()[:2]
+    text = "\n".join([f"{head},unit_of_measurement", *(f"{row},{unit}" for unit in units)]) + "\n"
+    status, told, _ = run(text, "events")
+    assert (status, len(told)) == (2, 1)
+    assert f"line 3: sensor.ld2410_detection_distance has had two units, {words}" in told[0]
+
+
 def test_replay_takes_units(tmp_path) -> None:
     path = tmp_path / "history.csv"
     path.write_text(RADARS)

@@ -152,7 +152,7 @@ def test_a_date_is_drawn_the_same_whichever_day_the_run_begins_with() -> None:
         (
             '"40 min"',
             '"40 min", until = "19:00"',
-            "an entry must have either 'lasts' or 'until', and not both",
+            "give either 'lasts' or 'until', and not both",
         ),
         (
             'on = "weekend"',

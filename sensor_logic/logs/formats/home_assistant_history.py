@@ -97,19 +97,30 @@ def read(path: Path) -> ParsedLog:
         if entity is None:
             continue
         sensor, kind, field, _, is_own = entity
-        if published[field] in UNITS:
-            own = published[field] if is_own else ""
-            found.units.setdefault((sensor, field), UnitOf(name, unit or own, bool(unit)))
         value = _value(entity, state)
         if value is None:
+            # Such rows have no unit either.
             left_out.add(line, f"'{name} {state}'")
             continue
+        if published[field] in UNITS:
+            own = published[field] if is_own else ""
+            origin = UnitOf(name, unit or own, bool(unit))
+            before = found.units.setdefault((sensor, field), origin)
+            if before != origin:
+                units = " and ".join(f"'{one}'" if one else "none" for one in (before.unit, unit))
+                raise ValueError(
+                    f"line {line}: {name} has had two units, {units}: write its numbers in one"
+                )
         try:
             time = datetime.fromisoformat(changed)
         except ValueError:
             raise ValueError(f"line {line}: '{changed}' is not a time") from None
         time = time if time.tzinfo else time.replace(tzinfo=UTC)
         found.changes.append(Event(time, sensor, field, 0.0, kind, value, line))
+    # Entities without any reading, whose unit a user may give.
+    for name, (sensor, _, field, *_) in entities.items():
+        if published[field] in UNITS:
+            found.units.setdefault((sensor, field), UnitOf(name))
     # The file lists one entity after the other.
     found.changes.sort(key=lambda change: change.time)
     found.notes += [left_out.text] if left_out.count else []

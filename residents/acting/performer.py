@@ -13,9 +13,9 @@ from ..body.skeleton import Build
 from ..routine.routine import DAY, Segment
 from ..routine.timetable import Stream
 from .actor import LOOK
-from .going import ActivityAbandoned, Navigator, Process
-from .ground import Spot
+from .floor_map import Spot
 from .home_in_use import HomeInUse
+from .navigator import ActivityAbandoned, Navigator, Process
 from .places import Door, Place
 from .timeline import AWAY, LYING, SITTING, STANDING, ActedActivity
 from .words import POSTURES, ActivityStep, ActivitySteps, RepeatedSteps
@@ -75,8 +75,8 @@ class Performer(Navigator):
     def start_away(self) -> None:
         """Put the person outside the home, in front of its first entrance."""
         door = self.home.places.entrances[0]
-        side = self.home.ground.inner_side(door, self.radius)
-        spot = self.home.ground.spot_or_estimate(door, -side, self.radius)
+        side = self.home.floor_map.inner_side(door, self.radius)
+        spot = self.home.floor_map.spot_or_estimate(door, -side, self.radius)
         self.place_at(spot.at, spot.yaw, door.storey)
         self.posture, self.place, self.is_ignored = AWAY, "", True
 
@@ -301,14 +301,16 @@ class Performer(Navigator):
         place = self.home.places.places.get(door.name)
         if place is not None:
             return Spot(place.at[:2], place.yaw)
-        ground = self.home.ground
-        spots = [spot for side in (1.0, -1.0) if (spot := ground.spot(door, side, self.radius))]
+        floor_map = self.home.floor_map
+        spots = [spot for side in (1.0, -1.0) if (spot := floor_map.spot(door, side, self.radius))]
         if not spots:
             raise step.error("there is no room to stand before it")
         opened = self.home.open_doors(self.storey)
 
         def trouble(spot: Spot) -> float:
-            between = ground.doors_between(self.storey, self.position, spot.at, self.radius, opened)
+            between = floor_map.doors_between(
+                self.storey, self.position, spot.at, self.radius, opened
+            )
             many = 99.0 if between is None else 5.0 * len(between)
             return many + float(np.hypot(*(spot.at - self.position)))
 
@@ -321,7 +323,7 @@ class Performer(Navigator):
             return
         door, side = self._entrance(step)
         self.rise()
-        spot = self.home.ground.spot_or_estimate(door, side, self.radius)
+        spot = self.home.floor_map.spot_or_estimate(door, side, self.radius)
         yield from self._fetch_walking_frame()
         yield from self.walk_to_point(step, spot.at, spot.yaw, door.storey)
         yield from self.pass_door(door, side)
@@ -332,21 +334,23 @@ class Performer(Navigator):
 
     def _come_in(self) -> Process:
         door = self._out_by or self.home.places.entrances[0]
-        side = self.home.ground.inner_side(door, self.radius)
+        side = self.home.floor_map.inner_side(door, self.radius)
         yield from self.wait_for_door(door)
-        spot = self.home.ground.spot_or_estimate(door, -side, self.radius)
+        spot = self.home.floor_map.spot_or_estimate(door, -side, self.radius)
         self.place_at(spot.at, spot.yaw, door.storey)
         self.set_posture(STANDING)
         yield from self.pass_door(door, -side)
 
     def _entrance(self, step: ActivityStep) -> tuple[Door, float]:
         """Return the nearest entrance, and its side (+1 or −1) that is in the home."""
-        ground, opened = self.home.ground, self.home.open_doors(self.storey)
+        floor_map, opened = self.home.floor_map, self.home.open_doors(self.storey)
         found = []
         for door in self.home.places.entrances:
-            side = ground.inner_side(door, self.radius)
-            spot = ground.spot_or_estimate(door, side, self.radius)
-            between = ground.doors_between(self.storey, self.position, spot.at, self.radius, opened)
+            side = floor_map.inner_side(door, self.radius)
+            spot = floor_map.spot_or_estimate(door, side, self.radius)
+            between = floor_map.doors_between(
+                self.storey, self.position, spot.at, self.radius, opened
+            )
             if between is not None:
                 found.append(
                     (len(between), float(np.hypot(*(spot.at - self.position))), door, side)

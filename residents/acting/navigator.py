@@ -15,12 +15,12 @@ import numpy as np
 
 from ...sensor_logic.model import Array
 from ..body.skeleton import Build
-from .actor import FETCH_M, Actor, Standpoint, parking_on_path
-from .ground import resample, round_corners
+from .actor import Actor
 from .home_in_use import HomeInUse, Occupant
+from .path_search import NoPath, length, resample, round_corners
 from .places import LIE, SIT, Door, Place
 from .timeline import STANDING, WALKING, Wait
-from .ways import NoPath, length
+from .walking_frame import FETCH_M, Standpoint, parking_on_path
 from .words import ActivityStep
 
 Process = Generator[None, None, None]
@@ -141,7 +141,7 @@ class Navigator(Actor):
         for door, side in self._doors_on_way(step, goal, storey):
             if self.home.stands_open(door, self):
                 continue
-            spot = self.home.ground.spot_or_estimate(door, side, self.radius)
+            spot = self.home.floor_map.spot_or_estimate(door, side, self.radius)
             yield from self._walk_without_doors(step, spot.at, None)
             yield from self.pass_door(door, side)
             self._release(earlier_key)
@@ -166,10 +166,10 @@ class Navigator(Actor):
         opened = self.home.open_doors(self.storey)
         if storey != self.storey:
             raise step.error("it is on another floor, and residents do not climb stairs")
-        ground = self.home.ground
-        found = ground.doors_between(storey, self.position, goal, self.radius, opened)
+        floor_map = self.home.floor_map
+        found = floor_map.doors_between(storey, self.position, goal, self.radius, opened)
         if found is None:
-            x, y = ground.nearest_reachable(storey, self.position, goal, self.radius)
+            x, y = floor_map.nearest_reachable(storey, self.position, goal, self.radius)
             raise step.error(
                 f"{self.name!r} cannot reach it from {self.last_place!r}; "
                 f"the nearest point that can be reached is ({x:.2f}, {y:.2f}) m"
@@ -182,25 +182,25 @@ class Navigator(Actor):
         The point is before the last door on the way or, without doors, before the place. No door
         leaf sweeps over it. Without such a point, return the start of the last part of the way.
         """
-        ground, home = self.home.ground, self.home
+        floor_map, home = self.home.floor_map, self.home
         doors = self._doors_on_way(step, place.at[:2], place.storey)
         start, goal = self.position, place.at[:2]
         if doors:
             door, side = doors[-1]
-            goal = ground.spot_or_estimate(door, side, self.radius).at
+            goal = floor_map.spot_or_estimate(door, side, self.radius).at
             if len(doors) > 1:
                 door, side = doors[-2]
-                start = ground.spot_or_estimate(door, -side, self.radius).at
+                start = floor_map.spot_or_estimate(door, -side, self.radius).at
         try:
-            path = ground.find_path(
+            path = floor_map.find_path(
                 place.storey, start, goal, self.radius, home.open_doors(place.storey)
             )
         except NoPath:
             return self.position, None
-        points = round_corners(ground.floor(place.storey, {}), path)[::-1]
+        points = round_corners(floor_map.floor(place.storey, {}), path)[::-1]
         for point in points:
             swings = any(
-                ground.in_swing(leaf, point, self.radius + 0.1)
+                floor_map.in_swing(leaf, point, self.radius + 0.1)
                 for leaf in home.places.doors.values()
                 if leaf.storey == place.storey
             )
@@ -215,11 +215,11 @@ class Navigator(Actor):
             yaw is None or float(np.hypot(*(goal - self.parked.at))) > FETCH_M
         ):
             yield from self._fetch_walking_frame()
-        ground, opened = self.home.ground, self.home.open_doors(self.storey)
+        floor_map, opened = self.home.floor_map, self.home.open_doors(self.storey)
         until = self.now + PATIENCE
         while True:
             try:
-                path = ground.find_path(self.storey, self.position, goal, self.radius, opened)
+                path = floor_map.find_path(self.storey, self.position, goal, self.radius, opened)
             except NoPath:
                 path = self._path_through_leaves(step, goal)
             clash = self.home.find_clash(self, path, self.build.speed)
@@ -246,7 +246,7 @@ class Navigator(Actor):
 
         Return the remaining points (n, 2) of the path.
         """
-        floor = self.home.ground.floor(self.storey, opened)
+        floor = self.home.floor_map.floor(self.storey, opened)
         points = round_corners(floor, path) if length(path) > 0.05 else path
         found = parking_on_path(floor, points, self._standpoints, self.build)
         if found is None:
@@ -263,7 +263,9 @@ class Navigator(Actor):
         opened = self.home.open_doors(self.storey)
         at, yaw = self.parked.at, self.parked.yaw
         try:
-            path = self.home.ground.find_path(self.storey, self.position, at, self.radius, opened)
+            path = self.home.floor_map.find_path(
+                self.storey, self.position, at, self.radius, opened
+            )
         except NoPath:
             path = np.array([self.position, at])
         self._walk(path, yaw, opened)
@@ -332,15 +334,15 @@ class Navigator(Actor):
 
         The point can be behind a door.
         """
-        ground, wanted_path = self.home.ground, resample(wanted_path, 0.1)
-        floor = ground.floor(self.storey, self.home.open_doors(self.storey))
+        floor_map, wanted_path = self.home.floor_map, resample(wanted_path, 0.1)
+        floor = floor_map.floor(self.storey, self.home.open_doors(self.storey))
         every = max(round(SPACED / floor.size), 1)
         cells = np.argwhere(floor.clearance[::every, ::every] >= self.radius) * every
         points = [floor.low + (cells + 0.5) * floor.size]
-        part = ground.region_at(self.storey, self.position, self.radius)
+        part = floor_map.region_at(self.storey, self.position, self.radius)
         points += [
-            ground.spot_or_estimate(door, -side, self.radius).at[None]
-            for door, side, _ in ground.doors_from(self.storey, part, self.radius)
+            floor_map.spot_or_estimate(door, -side, self.radius).at[None]
+            for door, side, _ in floor_map.doors_from(self.storey, part, self.radius)
             if not door.entrance
         ]
         every_point = np.concatenate(points)
@@ -358,7 +360,7 @@ class Navigator(Actor):
             return False
         there = other.positions_at(np.array([self.now]))[0]
         opened = self.home.open_doors(self.storey)
-        doors = self.home.ground.doors_between(
+        doors = self.home.floor_map.doors_between(
             self.storey, self.position, point, self.radius, opened
         )  # fmt: skip
         if doors is None:
@@ -367,9 +369,9 @@ class Navigator(Actor):
         if len(shut) > 1 or any(self.home.is_open(door) for door, _ in shut):
             return False
         for door, side in shut:
-            point = self.home.ground.spot_or_estimate(door, side, self.radius).at
+            point = self.home.floor_map.spot_or_estimate(door, side, self.radius).at
         try:
-            path = self.home.ground.find_path(
+            path = self.home.floor_map.find_path(
                 self.storey, self.position, point, self.radius, opened, there
             )  # fmt: skip
         except NoPath:
@@ -382,7 +384,7 @@ class Navigator(Actor):
             self.walk(path[:1], yaw)
             return
         self.set_posture(WALKING)
-        self.walk(round_corners(self.home.ground.floor(self.storey, opened), path), yaw)
+        self.walk(round_corners(self.home.floor_map.floor(self.storey, opened), path), yaw)
         self.set_posture(STANDING)
 
     def _path_through_leaves(self, step: ActivityStep, goal: Array) -> Array:
@@ -392,7 +394,7 @@ class Navigator(Actor):
         there is no path either.
         """
         try:
-            return self.home.ground.find_path(self.storey, self.position, goal, self.radius, {})
+            return self.home.floor_map.find_path(self.storey, self.position, goal, self.radius, {})
         except NoPath as error:
             x, y = error.nearest
             raise step.error(
@@ -404,7 +406,7 @@ class Navigator(Actor):
         """Return a path (n, 2) around a person who stands at the point `other`, or None."""
         opened = self.home.open_doors(self.storey)
         try:
-            path = self.home.ground.find_path(
+            path = self.home.floor_map.find_path(
                 self.storey, self.position, goal, self.radius, opened, other
             )
         except NoPath:
@@ -423,21 +425,21 @@ class Navigator(Actor):
 
         Afterwards, shut the door if it is an entrance or was shut before.
         """
-        ground, home = self.home.ground, self.home
+        floor_map, home = self.home.floor_map, self.home
         yield from self.wait_for_door(door)
-        near = ground.spot_or_estimate(door, side, self.radius)
+        near = floor_map.spot_or_estimate(door, side, self.radius)
         if self.step is not None and float(np.hypot(*(near.at - self.position))) > SPACED:
             yield from self._walk_without_doors(self.step, near.at, None)
         opened, found_open = home.open_doors(self.storey), home.is_open(door)
         if not found_open:
             self._walk(np.array([self.position, near.at]), near.yaw, opened)
             self.move_leaf(door, door.open)
-        path = ground.crossing(door, side, self.radius, opened)
+        path = floor_map.crossing(door, side, self.radius, opened)
         until = self.now + PATIENCE
         while self.now < until and home.find_clash(self, path, self.build.speed) is not None:
             yield from self._wait(path)
         self.wanted_path = None
-        far = ground.spot_or_estimate(door, -side, self.radius)
+        far = floor_map.spot_or_estimate(door, -side, self.radius)
         self._walk(path, far.yaw, {**opened, door.name: door.open})
         if door.entrance or not found_open:
             self.move_leaf(door, door.closed)

@@ -2,6 +2,6 @@
 """Act out a day of a routine: the motion of bodies, doors, lamps and things."""
 
 from .day import act, acting
-from .ground import Ground
+from .floor_map import FloorMap
 
-__all__ = ["Ground", "act", "acting"]
+__all__ = ["FloorMap", "act", "acting"]

@@ -24,13 +24,13 @@ from ...angen_addon.runtime.time_base import evaluated_depsgraph
 from ...angen_addon.scene.animation import all_animated
 from ...angen_addon.scene.sensors import Sensor, decimal, is_placed
 from ...sensor_logic.clock import exact
-from ...sensor_logic.error import InputError, explained
-from ...sensor_logic.files import read_text
-from ...sensor_logic.log import Event
+from ...sensor_logic.logs.error import InputError, explained
+from ...sensor_logic.logs.files import read_text
+from ...sensor_logic.logs.log import Event
+from ...sensor_logic.logs.wording import uncapitalized
 from ...sensor_logic.model import Array
 from ...sensor_logic.recording.tracks import Recording, Track
-from ...sensor_logic.wording import uncapitalized
-from ..acting import Ground, acting
+from ..acting import FloorMap, acting
 from ..acting.places import Places
 from ..acting.timeline import Acted
 from ..body.skeleton import Build
@@ -364,7 +364,7 @@ class HouseholdDays:
         for name, obj in self.residents.items():
             with explained(self.plan.routine.persons[name].where, ValueError):
                 self._builds[name] = build_of(obj)
-        self._ground = Ground(self.places)
+        self._floor_map = FloorMap(self.places)
         # Found here, because later the animation, which says how bright lamps are, is held.
         lamps = [bpy.data.objects[lamp.object] for lamp in self.places.lamps.values()]
         self._unswitchable = list(unswitchable(lamps, evaluated_depsgraph()))
@@ -416,7 +416,7 @@ class HouseholdDays:
                     self._builds,
                     Draws(self.seed, self.start),
                     number,
-                    self._ground,
+                    self._floor_map,
                 )
             )
 

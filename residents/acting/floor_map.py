@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...sensor_logic.model import Array
+from .path_search import Floor, NoPath, find_path, regions, yaw_to
 from .places import DOOR, Door, Places
-from .ways import EASY_M, Floor, NoPath, find_path, regions
 
 # The detour that a person accepts to open one door less, m.
 DOOR_COST_M = 3.0
@@ -28,8 +28,6 @@ JAMB = 0.1
 ARC = 0.30
 # Preferred distances from walls and from the handle, for a person at a door, m.
 ELBOW, ARM = 0.42, 0.50
-# Distance before a corner at which a walker begins to turn, m.
-ROUNDING = 0.45
 # The openings of the doors that are open, by name.
 Open = Mapping[str, float]
 
@@ -72,7 +70,7 @@ class FloorWithPerson(Floor):
         return clear
 
 
-class Ground:
+class FloorMap:
     """The floors of a home, its doors, and the paths between them.
 
     All results are cached and hold for all days. A day of the sample home takes 2.6 s of CPU to
@@ -86,7 +84,7 @@ class Ground:
         self._floors: dict[object, Floor] = {}
         self._regions: dict[tuple[int, float], NDArray[np.int64]] = {}
         self._spots: dict[tuple[str, float, float], Spot | None] = {}
-        self._ways: dict[object, Array | NoPath] = {}
+        self._paths: dict[object, Array | NoPath] = {}
         self._swings: dict[str, Array] = {}
 
     # Floors.
@@ -273,15 +271,15 @@ class Ground:
         """
         points = _pair(start), _pair(goal), _pair(other)
         key = storey, tuple(sorted(opened.items())), points, radius
-        if key not in self._ways:
+        if key not in self._paths:
             floor = self.floor(storey, opened)
             if other is not None:
                 floor = FloorWithPerson(floor.low, floor.size, floor.free, floor, other, radius)
             try:
-                self._ways[key] = find_path(floor, start, goal, radius)
+                self._paths[key] = find_path(floor, start, goal, radius)
             except NoPath as error:
-                self._ways[key] = error
-        found = self._ways[key]
+                self._paths[key] = error
+        found = self._paths[key]
         if isinstance(found, NoPath):
             raise found
         return found
@@ -386,49 +384,6 @@ def door_axes(door: Door, side: float) -> tuple[Array, Array, Array]:
 
 def _pair(point: Array | None) -> tuple[float, float] | None:
     return None if point is None else (float(point[0]), float(point[1]))
-
-
-def yaw_to(start: Array, end: Array) -> float:
-    """Return the direction from one point to another as a yaw, rad."""
-    return math.atan2(end[1] - start[1], end[0] - start[0])
-
-
-def resample(points: Array, spacing: float = 0.03) -> Array:
-    """Return points (m, 2) every `spacing` m along corner points (n, 2); n is at least 2."""
-    gaps = np.hypot(*np.diff(points, axis=0).T)
-    points = points[np.concatenate([[True], gaps > 1e-6])]
-    s = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
-    at = np.linspace(0.0, s[-1], max(2, int(s[-1] / spacing) + 1))
-    return np.column_stack([np.interp(at, s, points[:, k]) for k in (0, 1)])
-
-
-def round_corners(floor: Floor, points: Array) -> Array:
-    """Return closely spaced points (m, 2) along corner points (n, 2), with rounded corners.
-
-    The arcs are quadratic Béziers, which are smaller near obstacles.
-    """
-    arcs, t = [points[:1]], np.linspace(0, 1, 9)[:, None]
-    for before, corner, after in zip(points, points[1:], points[2:], strict=False):
-        into, away = before - corner, after - corner
-        lengths = math.hypot(*into), math.hypot(*away)
-        if min(lengths) < 1e-6:
-            continue
-        trim = min(ROUNDING, 0.48 * lengths[0], 0.48 * lengths[1])
-        room = min(_least_clearance(floor, corner[None]), EASY_M + 0.25) - 0.04
-        for _ in range(6):
-            a, b = corner + into / lengths[0] * trim, corner + away / lengths[1] * trim
-            arc = (1 - t) ** 2 * a + 2 * t * (1 - t) * corner + t**2 * b
-            if _least_clearance(floor, arc) >= room:
-                break
-            trim *= 0.6
-        arcs.append(arc)
-    return resample(np.concatenate([*arcs, points[-1:]]))
-
-
-def _least_clearance(floor: Floor, points: Array) -> float:
-    """Return the least distance from any of the points (n, 2) to an obstacle, m."""
-    cells = np.array([floor.cell(point) for point in points])
-    return float(floor.clearance[cells[:, 0], cells[:, 1]].min())
 
 
 def _leaf_points(door: Door, opening: float) -> Array:

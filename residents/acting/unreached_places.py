@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from ...angen_addon.progress import Doing, Work, finished
 from ...sensor_logic.model import Array
+from .path_search import Floor, NoPath, entry, find_path, regions
 from .places import BODY_M, Place, Places
-from .ways import Floor, NoPath, entry, find_path, regions
 
 # A place is out of reach if free floor for a body is farther away from it, m.
 SQUEEZE_M = 0.6

@@ -20,6 +20,8 @@ from ...sensor_logic.model import Array
 # Preferred distance from obstacles beyond the walker's half width, m, and the largest cost factor
 # of cells nearer than that.
 EASY_M, EASY = 0.15, 3.0
+# Distance before a corner at which a walker begins to turn, m.
+ROUNDING = 0.45
 _ROOT2 = math.sqrt(2.0)
 _NEIGHBOURS = [(-1, 0), (1, 0), (0, -1), (0, 1), (-1, -1), (-1, 1), (1, -1), (1, 1)]
 
@@ -253,3 +255,46 @@ def _clearance_between(floor: Floor, a: Array, b: Array) -> float:
 def length(points: Array) -> float:
     """Return the length of a path of corner points (n, 2), m."""
     return float(np.hypot(*np.diff(points, axis=0).T).sum())
+
+
+def yaw_to(start: Array, end: Array) -> float:
+    """Return the direction from one point to another as a yaw, rad."""
+    return math.atan2(end[1] - start[1], end[0] - start[0])
+
+
+def resample(points: Array, spacing: float = 0.03) -> Array:
+    """Return points (m, 2) every `spacing` m along corner points (n, 2); n is at least 2."""
+    gaps = np.hypot(*np.diff(points, axis=0).T)
+    points = points[np.concatenate([[True], gaps > 1e-6])]
+    s = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
+    at = np.linspace(0.0, s[-1], max(2, int(s[-1] / spacing) + 1))
+    return np.column_stack([np.interp(at, s, points[:, k]) for k in (0, 1)])
+
+
+def round_corners(floor: Floor, points: Array) -> Array:
+    """Return closely spaced points (m, 2) along corner points (n, 2), with rounded corners.
+
+    The arcs are quadratic Béziers, which are smaller near obstacles.
+    """
+    arcs, t = [points[:1]], np.linspace(0, 1, 9)[:, None]
+    for before, corner, after in zip(points, points[1:], points[2:], strict=False):
+        into, away = before - corner, after - corner
+        lengths = math.hypot(*into), math.hypot(*away)
+        if min(lengths) < 1e-6:
+            continue
+        trim = min(ROUNDING, 0.48 * lengths[0], 0.48 * lengths[1])
+        room = min(_least_clearance(floor, corner[None]), EASY_M + 0.25) - 0.04
+        for _ in range(6):
+            a, b = corner + into / lengths[0] * trim, corner + away / lengths[1] * trim
+            arc = (1 - t) ** 2 * a + 2 * t * (1 - t) * corner + t**2 * b
+            if _least_clearance(floor, arc) >= room:
+                break
+            trim *= 0.6
+        arcs.append(arc)
+    return resample(np.concatenate([*arcs, points[-1:]]))
+
+
+def _least_clearance(floor: Floor, points: Array) -> float:
+    """Return the least distance from any of the points (n, 2) to an obstacle, m."""
+    cells = np.array([floor.cell(point) for point in points])
+    return float(floor.clearance[cells[:, 0], cells[:, 1]].min())

@@ -11,8 +11,8 @@ from ...sensor_logic.coverage.grid import Cells
 from ...sensor_logic.coverage.motions import DIRECTIONS, HEADINGS, Motion
 from ...sensor_logic.logs.error import AngenError
 from ...sensor_logic.model import Array
+from ...sensor_logic.progress import Doing, Steps, Work, saying
 from ..plan.rooms import Labels, labels_of, storeys_of
-from ..progress import Doing, Steps, Work, saying
 from ..scene.evaluated_home import EvaluatedHome
 from ..scene.floor import (
     MOST_CELLS,

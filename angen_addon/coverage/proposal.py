@@ -20,8 +20,8 @@ from ...sensor_logic.coverage.motions import Motion
 from ...sensor_logic.kind import Kind
 from ...sensor_logic.logs.error import AngenError
 from ...sensor_logic.model import Array, Pose
+from ...sensor_logic.progress import Doing, Enough, Steps, Work, saying
 from ..plan.storeys import WALL_M, may_move
-from ..progress import Doing, Enough, Steps, Work, saying
 from ..scene.evaluated_home import EvaluatedHome
 from ..scene.floor import cast_along
 from ..scene.sensors import Sensor

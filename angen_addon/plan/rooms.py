@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ...sensor_logic.coverage.grid import NO_ROOM
 from ...sensor_logic.logs.error import AngenError
 from ...sensor_logic.model import Array
-from ..progress import Steps
+from ...sensor_logic.progress import Steps
 from ..scene.evaluated_home import EvaluatedHome
 from ..scene.floor import (
     CASTS_AT_ONCE,

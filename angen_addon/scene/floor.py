@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...sensor_logic.model import Array
-from ..progress import Steps
+from ...sensor_logic.progress import Steps
 from .evaluated_home import EvaluatedHome
 from .rooms import Mask
 

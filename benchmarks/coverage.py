@@ -24,7 +24,7 @@ import bpy
 import numpy as np
 from angen_sensors.angen_addon.coverage.floor_cells import cells_of
 from angen_sensors.angen_addon.coverage.maps import Views, detectors, whole_map
-from angen_sensors.angen_addon.scene.evaluated_home import EvaluatedHome
+from angen_sensors.angen_addon.scene.home.evaluated_home import EvaluatedHome
 from angen_sensors.sensor_logic.coverage.grid import Cells, CoverageMap, choose
 from angen_sensors.sensor_logic.coverage.motions import (
     DIRECTIONS,

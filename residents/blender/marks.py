@@ -13,8 +13,8 @@ from bpy.types import Context, Object
 
 from ...angen_addon.scene.bearers import candidates
 from ...angen_addon.scene.door_motion import MOTIONS, Leaf, leaves_of, shutting_of
-from ...angen_addon.scene.evaluated_home import EvaluatedHome
-from ...angen_addon.scene.floor import free_ways
+from ...angen_addon.scene.home.evaluated_home import EvaluatedHome
+from ...angen_addon.scene.home.floor import free_ways
 from ...angen_addon.scene.instances import is_holder, objects_of
 from ...angen_addon.scene.lengths import OVERRIDABLE, property_group
 from ...angen_addon.scene.sensors import NotPlaced, known_rooms, placed_matrix, unit_scale

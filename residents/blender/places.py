@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 import bpy
 import numpy as np
 
-from ...angen_addon.scene.evaluated_home import EvaluatedHome
+from ...angen_addon.scene.home.evaluated_home import EvaluatedHome
 from ...angen_addon.scene.sensors import assigned_room, is_placed
 from ...sensor_logic.logs.error import AngenError, InputError
 from ...sensor_logic.logs.wording import named

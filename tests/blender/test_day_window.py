@@ -15,7 +15,7 @@ from typing import Any
 import bpy
 import numpy as np
 import pytest
-from bl_ext.user_default.angen_sensors.angen_addon.commands.parser import parse
+from bl_ext.user_default.angen_sensors.angen_addon.process.parser import parse
 from bl_ext.user_default.angen_sensors.residents.blender.api import Home
 from bl_ext.user_default.angen_sensors.residents.days.rows import hours_minutes
 from lived_home import ROUTINE, content

@@ -14,7 +14,7 @@ from bpy.props import BoolProperty, EnumProperty
 from bpy.types import Context, Operator
 from mathutils import Matrix, Vector
 
-from ..angen_addon.authoring.housing import Housing, mesh_of, parent_keeping
+from ..angen_addon.appearance.housing import Housing, mesh_of, parent_keeping
 from ..angen_addon.authoring.of_kind import place_on
 from ..angen_addon.authoring.presets import new_sensor
 from ..angen_addon.kinds.optical_switch import fork

@@ -20,7 +20,7 @@ from ...sensor_logic.parameters import former_choice, former_text, specs
 from ...sensor_logic.recording.tracks import Recording as Run
 from ..authoring.presets import find_preset, new_sensor
 from ..layout.apply import Applied, apply_layout
-from ..output.describe import parameters_of
+from ..layout.describe import parameters_of
 from ..output.output_files import Outputs, check_outputs
 from ..output.run_log import about, sensor_facts
 from ..process.standalone import standard_output_silenced

@@ -16,7 +16,7 @@ from ...sensor_logic.recording.events import events
 from .. import doctor
 from ..explain.explain import ExplainedTime
 from ..layout.apply import apply_layout
-from ..output.describe import describe, layout_text
+from ..layout.describe import describe, layout_text
 from ..output.output_files import Outputs, check_outputs
 from ..process.console import DONE, FAILED, note
 from ..process.parser import Verb, add_choice, choice_of, path, run_options, tolerance

@@ -16,7 +16,7 @@ from mathutils.geometry import convex_hull_2d
 from ...sensor_logic.model import Array
 from ...sensor_logic.report.facts import PlanShape, PlanStorey, SensorInPlan
 from ...sensor_logic.report.sections import Line, cut, from_above
-from ..kinds import appearance_of
+from ..appearance.appearance import appearance_of
 from ..runtime.running import running
 from ..runtime.sensor_runner import all_rays
 from ..runtime.time_base import clock_of, evaluated_depsgraph

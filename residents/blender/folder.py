@@ -14,7 +14,7 @@ from typing import Any
 import bpy
 
 from ...angen_addon.authoring.presets import preset_of
-from ...angen_addon.output.describe import parameters_of
+from ...angen_addon.layout.describe import parameters_of
 from ...angen_addon.output.run_log import about, sensor_facts
 from ...angen_addon.runtime.time_base import evaluated_depsgraph
 from ...angen_addon.scene.sensors import Sensor, decimal, unit_scale

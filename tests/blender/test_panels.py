@@ -11,7 +11,7 @@ from types import SimpleNamespace
 
 import bpy
 import pytest
-from bl_ext.user_default.angen_sensors.angen_addon.kinds import appearance_of
+from bl_ext.user_default.angen_sensors.angen_addon.appearance.appearance import appearance_of
 from bl_ext.user_default.angen_sensors.angen_addon.recording.results import RESULTS
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.running import running
 from bl_ext.user_default.angen_sensors.operators import show

@@ -9,7 +9,7 @@ import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.commands.command_line import run_command as run
 from bl_ext.user_default.angen_sensors.angen_addon.doctor import CHECKS as checks
 from bl_ext.user_default.angen_sensors.angen_addon.doctor import Examined
-from bl_ext.user_default.angen_sensors.angen_addon.output.describe import describe
+from bl_ext.user_default.angen_sensors.angen_addon.layout.describe import describe
 from bl_ext.user_default.angen_sensors.angen_addon.scene.sensors import known_rooms as known
 from bl_ext.user_default.angen_sensors.residents.acting.unreached_places import unreached
 from bl_ext.user_default.angen_sensors.residents.blender.places import read_places

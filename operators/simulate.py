@@ -26,10 +26,10 @@ from ..angen_addon.runtime.simulation import Progress, simulate
 from ..angen_addon.runtime.time_base import ends_before_time, frames_to_run, outside_scene
 from ..angen_addon.scene import outputs
 from ..angen_addon.scene.sensors import Sensor, all_sensors, simulated
-from ..sensor_logic.error import AngenError
 from ..sensor_logic.kind import LIGHT
+from ..sensor_logic.logs.error import AngenError
+from ..sensor_logic.logs.wording import capital
 from ..sensor_logic.recording.tracks import Recording
-from ..sensor_logic.wording import capital
 from .long_work import LongWork
 from .polls import cancelled, is_idle, needs
 from .recording import can_undo

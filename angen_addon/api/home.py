@@ -14,8 +14,8 @@ import numpy.typing as npt
 from mathutils import Matrix, Vector
 
 from ...sensor_logic.choice import SensorChoice
-from ...sensor_logic.error import AngenError, explained
 from ...sensor_logic.kinds import KINDS, NO_KIND
+from ...sensor_logic.logs.error import AngenError, explained
 from ...sensor_logic.parameters import former_choice, former_text, specs
 from ...sensor_logic.recording.tracks import Recording as Run
 from ..authoring.presets import find_preset, new_sensor

@@ -15,10 +15,10 @@ from typing import TextIO
 
 import bpy
 
-from ...sensor_logic.error import InputError
 from ...sensor_logic.kind import FORCES, LIGHT
+from ...sensor_logic.logs.error import InputError
+from ...sensor_logic.logs.wording import named, uncapitalized
 from ...sensor_logic.recording.tracks import Recording
-from ...sensor_logic.wording import named, uncapitalized
 from ..advice import sensing as advice
 from ..advice import warmth
 from ..advice.lacking import lacking

@@ -9,10 +9,11 @@ from typing import Any
 
 import bpy
 
-from ...sensor_logic.error import InputError
-from ...sensor_logic.files import file_names
-from ...sensor_logic.formats import FORMATS
-from ...sensor_logic.log import for_spreadsheets, parse_start, rows_csv, samples_csv
+from ...sensor_logic.logs.error import InputError
+from ...sensor_logic.logs.files import file_names
+from ...sensor_logic.logs.formats import FORMATS
+from ...sensor_logic.logs.log import for_spreadsheets, parse_start, rows_csv
+from ...sensor_logic.recording.events import samples_csv
 from ..output import faulty
 from ..output.faulty import Faults
 from ..output.mqtt import address as mqtt

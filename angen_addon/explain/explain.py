@@ -8,9 +8,9 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from ...sensor_logic.clock import Schedule
-from ...sensor_logic.error import AngenError
 from ...sensor_logic.kind import LIGHT
-from ...sensor_logic.log import log_indices
+from ...sensor_logic.logs.error import AngenError
+from ...sensor_logic.recording.events import log_indices
 from ...sensor_logic.recording.tracks import Recording
 from ..kinds import appearance_of
 from ..runtime.simulation import Progress, simulate

@@ -13,8 +13,8 @@ from bpy.types import Context
 
 from ...sensor_logic.evidence import rows_of
 from ...sensor_logic.kinds.pressure import FORCE, KIND, PressureParameters
+from ...sensor_logic.logs.wording import METRES, NOTHING, Lengths, capital, quoted, split, typed
 from ...sensor_logic.model import NOT_YET, Pose
-from ...sensor_logic.wording import METRES, NOTHING, Lengths, capital, quoted, split, typed
 from ..advice import sensing as advice
 from ..authoring.housing import Housing, Point, lying, pad
 from ..explain.facts import Explanation, more_needed

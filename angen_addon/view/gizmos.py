@@ -19,7 +19,7 @@ from bpy.types import Context, Event, Gizmo, GizmoGroup
 from bpy_extras.view3d_utils import location_3d_to_region_2d
 from mathutils import Matrix, Vector
 
-from ...sensor_logic.error import AngenError, explained
+from ...sensor_logic.logs.error import AngenError, explained
 from ...sensor_logic.model import Array, Pose, pose_from_matrix
 from ..kinds import appearance_of
 from ..runtime.running import is_running

@@ -14,9 +14,9 @@ from ...angen_addon.recording.fingerprint import Fingerprint, digest, key_of
 from ...angen_addon.recording.followed_map import FollowedResult
 from ...angen_addon.recording.results import FOLLOWED, RESULTS
 from ...angen_addon.scene.facts import part_facts
-from ...sensor_logic.error import InputError
-from ...sensor_logic.files import read_text
-from ...sensor_logic.wording import listed
+from ...sensor_logic.logs.error import InputError
+from ...sensor_logic.logs.files import read_text
+from ...sensor_logic.logs.wording import listed
 
 # Settings of the panel on which the list depends, apart from the routine.
 SETTINGS = ("date", "number", "seed")

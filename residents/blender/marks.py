@@ -19,7 +19,7 @@ from ...angen_addon.scene.floor import free_ways
 from ...angen_addon.scene.instances import is_holder, objects_of
 from ...angen_addon.scene.lengths import OVERRIDABLE, property_group
 from ...angen_addon.scene.sensors import NotPlaced, known_rooms, placed_matrix, unit_scale
-from ...sensor_logic.error import AngenError
+from ...sensor_logic.logs.error import AngenError
 from ...sensor_logic.model import Array
 from ..acting import places as known
 from ..acting.places import CURTAIN, DOOR, DRAWER, LIE, SIT, Door

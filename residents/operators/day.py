@@ -21,9 +21,9 @@ from ...angen_addon.scene.memory import forgets_at_load
 from ...angen_addon.scene.sensors import all_sensors, simulated
 from ...operators.long_work import LongWork
 from ...operators.polls import can_read_scene, needs
-from ...sensor_logic.error import InputError, replaced
-from ...sensor_logic.files import read_text
-from ...sensor_logic.wording import named
+from ...sensor_logic.logs.error import InputError, replaced
+from ...sensor_logic.logs.files import read_text
+from ...sensor_logic.logs.wording import named
 from ..acting.places import Places
 from ..acting.timeline import Acted
 from ..blender import shown

@@ -14,8 +14,8 @@ from ...angen_addon.scene.lengths import lengths_of
 from ...angen_addon.scene.sensors import unit_scale
 from ...operators.long_work import LongWork
 from ...operators.polls import can_add, is_idle
-from ...sensor_logic.error import AngenError
-from ...sensor_logic.wording import capital
+from ...sensor_logic.logs.error import AngenError
+from ...sensor_logic.logs.wording import capital
 from ..acting import places as known
 from ..blender import reachable
 from ..blender.marks import LABELS, NONE, USES, guess

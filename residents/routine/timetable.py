@@ -20,7 +20,7 @@ from datetime import date, datetime, time, timedelta
 from math import inf
 from statistics import NormalDist
 
-from ...sensor_logic.error import InputError, explained
+from ...sensor_logic.logs.error import InputError, explained
 from .routine import (
     AWAY,
     DAY,

@@ -341,5 +341,7 @@ def test_the_panel_shows_the_frame_as_an_icon(room, addon_part):
 
 def test_too_many_rays_are_refused_before_the_run(room, addon_part):
     array(room, columns=160, rows=160, rays=1024)
-    with pytest.raises(addon_part("sensor_logic.error").AngenError, match="at most 7 rays a pixel"):
+    with pytest.raises(
+        addon_part("sensor_logic.logs.error").AngenError, match="at most 7 rays a pixel"
+    ):
         room.run(1, 1)

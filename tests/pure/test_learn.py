@@ -19,9 +19,9 @@ from angen_sensors.residents.routine import timetable as diary
 from angen_sensors.residents.routine.learn import Begun, Days, draw, learn, lived_days
 from angen_sensors.residents.routine.routine import AWAY, Person, Routine, Segment
 from angen_sensors.residents.routine.text import clock, duration, routine_text
-from angen_sensors.sensor_logic.compare import ks_distance
-from angen_sensors.sensor_logic.error import InputError
-from angen_sensors.sensor_logic.formats.activities import (
+from angen_sensors.sensor_logic.logs.compare import ks_distance
+from angen_sensors.sensor_logic.logs.error import InputError
+from angen_sensors.sensor_logic.logs.formats.activities import (
     DoneActivity,
     is_activities,
     read,

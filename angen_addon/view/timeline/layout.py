@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....sensor_logic.kinds import KINDS
-from ....sensor_logic.log import Indices, event_rows, log_indices, shown_rows
 from ....sensor_logic.model import Array
 from ....sensor_logic.palette import KIND_COLOURS, rgba
+from ....sensor_logic.recording.events import Indices, event_rows, log_indices, shown_rows
 from ....sensor_logic.recording.tracks import Recording, Track
 from ....sensor_logic.report.svg import shortened
 from ...scene.instances import Uid
@@ -61,7 +61,7 @@ class HistoryRow:
         For each event, the index of its update.
     states
         The indices of the updates at which a state changed, from `shown_rows` in
-        `sensor_logic/log.py`.
+        `sensor_logic/recording/events.py`.
     """
 
     name: str

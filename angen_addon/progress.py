@@ -12,7 +12,7 @@ import time
 from collections import deque
 from collections.abc import Generator
 from dataclasses import dataclass, replace
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 T = TypeVar("T")
 
@@ -43,6 +43,30 @@ class Doing:
     slow: bool = False
     found: bool = False
 
+
+class Working(NamedTuple):
+    """The progress of the operator that works in the window.
+
+    Attributes
+    ----------
+    operator
+        The operator's `bl_idname`, such as "angen.simulate".
+    share
+        The fraction of the work that is done, from 0 to 1.
+    far
+        A text on this fraction and on the time left.
+    doing
+        A text that says what is being done now; empty if the user knows.
+    """
+
+    operator: str
+    share: float
+    far: str
+    doing: str = ""
+
+
+# None while no operator works in the window.
+working: Working | None = None
 
 Work = Generator[Doing | None, None, T]
 # Work that yields only so that it can be ended between its steps.

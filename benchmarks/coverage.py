@@ -42,8 +42,8 @@ from angen_sensors.sensor_logic.kinds.pir.pyroelectric import (
     zones_of,
 )
 from angen_sensors.sensor_logic.kinds.pir.range_scan import PirParameters
+from angen_sensors.sensor_logic.logs.wording import ZERO_CELSIUS
 from angen_sensors.sensor_logic.physics import STEFAN_BOLTZMANN
-from angen_sensors.sensor_logic.wording import ZERO_CELSIUS
 
 from .common import open_home, progress, sensors_of, spread
 

@@ -22,7 +22,7 @@ from ..angen_addon.scene.door_motion import MOTIONS, Leaf, leaves_of
 from ..angen_addon.scene.first_surface import SurfacePoint, belongs_to, first_surface
 from ..angen_addon.scene.rooms import fill_room
 from ..angen_addon.scene.sensors import unit_scale
-from ..sensor_logic.error import AngenError
+from ..sensor_logic.logs.error import AngenError
 from .polls import can_add, cancelled, needs
 
 KIND = "OPTICAL_SWITCH"

@@ -9,14 +9,17 @@ from typing import Any
 from bpy.props import BoolProperty, StringProperty
 from bpy.types import Context
 
-from ..angen_addon.runtime import state
+from ..angen_addon.recording.results import RESULTS
 from ..angen_addon.runtime.time_base import start_of
 from ..angen_addon.scene.sensors import Sensor, all_sensors
-from ..sensor_logic.error import AngenError, InputError, explained
-from ..sensor_logic.log import for_spreadsheets, parse_start
+from ..angen_addon.view.panel_parts import draw_lines
+from ..sensor_logic.logs.error import AngenError, InputError, explained
+from ..sensor_logic.logs.log import for_spreadsheets, parse_start
 from ..sensor_logic.recording.tracks import Recording
 from .polls import cancelled
 from .recording import has_fresh_recording, is_still_fresh
+
+EXAMPLE = "2026-03-01T08:00"
 
 
 class ExportOptions:
@@ -46,6 +49,7 @@ class ExportOptions:
 
     def draw(self, context: Context) -> None:
         column = self.layout.column()
+        column.use_property_split, column.use_property_decorate = True, False
         for name in self.drawn:
             column.prop(self, name)
         draw_start(column, context.scene, self.needing())
@@ -73,7 +77,7 @@ class ExportOptions:
 
         Raise `AngenError` if no recorded sensor is selected, or if a date is required and missing.
         """
-        recording = state.CACHE.recording(context.scene)
+        recording = RESULTS.recording(context.scene)
         assert recording is not None
         sensors = all_sensors(context.view_layer)
         if self.selected_only:
@@ -101,20 +105,23 @@ class ExportOptions:
         if start is None and (what := self.needing()):
             raise InputError(
                 f"Start Time is empty, and {what} writes dates: set it (here, or in the panel "
-                "Simulation) to the date and time of the first frame, such as 2026-03-01T08:00"
+                f"Simulation) to the date and time of the first frame, such as {EXAMPLE}"
             )
         return start
 
 
 def draw_start(layout: Any, scene: Any, needing: str = "") -> None:
-    """Draw the scene's start date in a layout, in red if it is invalid.
+    """Draw the scene's start date in a layout, in red and with a line if it is invalid.
 
     `needing` is the name of a format that needs dates. With it, an empty date is invalid.
     """
+    problem = f"{needing} writes dates: set the time of the first frame" if needing else ""
     try:
-        start = start_of(scene)
-    except InputError:
-        start, needing = None, needing or "Start"
+        problem = "" if start_of(scene) else problem
+    except InputError as error:
+        problem = str(error)
     row = layout.row()
-    row.alert = start is None and bool(needing)
-    row.prop(scene, "angen_start")
+    row.alert = bool(problem)
+    row.prop(scene, "angen_start", placeholder=EXAMPLE if problem else "not set")
+    if problem:
+        draw_lines(layout, problem, "ERROR")

@@ -25,8 +25,8 @@ from ..angen_addon.scene.first_surface import UP, SurfacePoint, first_surface, f
 from ..angen_addon.scene.lengths import lengths_of
 from ..angen_addon.scene.rooms import fill_room
 from ..angen_addon.scene.sensors import unit_scale
-from ..sensor_logic.error import AngenError
 from ..sensor_logic.kinds import KINDS
+from ..sensor_logic.logs.error import AngenError
 from .add import KIND_ITEMS, preset_of, preset_property
 from .polls import can_add, cancelled
 

@@ -21,8 +21,8 @@ from ..angen_addon.commands.console import (
 )
 from ..angen_addon.commands.parser import Parser, add_choice, choice_of, path, whole_number
 from ..parts import installation
-from ..sensor_logic.error import InputError
-from ..sensor_logic.wording import part_is, plural, shown_duration
+from ..sensor_logic.logs.error import InputError
+from ..sensor_logic.logs.wording import part_is, plural, shown_duration
 from . import study
 
 # Packages of the extra [study], which are imported where they are used.

@@ -9,9 +9,10 @@ from typing import Any
 
 import bpy
 
-from ...sensor_logic.error import InputError, explained
-from ...sensor_logic.log import differences, events, read_events
-from ...sensor_logic.wording import named
+from ...sensor_logic.logs.error import InputError, explained
+from ...sensor_logic.logs.log import differences, read_events
+from ...sensor_logic.logs.wording import named
+from ...sensor_logic.recording.events import events
 from .. import doctor
 from ..explain.explain import ExplainedTime
 from ..layout.apply import apply_layout

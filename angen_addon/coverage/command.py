@@ -19,9 +19,9 @@ from ...sensor_logic.choice import SensorChoice
 from ...sensor_logic.coverage.grid import CoverageMap, map_csv, table
 from ...sensor_logic.coverage.motions import MOTIONS
 from ...sensor_logic.coverage.picture import svg
-from ...sensor_logic.error import AngenError, InputError
+from ...sensor_logic.logs.error import AngenError, InputError
+from ...sensor_logic.logs.wording import aligned
 from ...sensor_logic.report.facts import PlanStorey, SensorInPlan
-from ...sensor_logic.wording import aligned
 from ..commands.console import DONE, ProgressText, write_message
 from ..commands.open_home import sensors_of
 from ..commands.parser import Verb, add_names, path

@@ -9,7 +9,7 @@ import numpy as np
 
 from ...sensor_logic.coverage.grid import Cells
 from ...sensor_logic.coverage.motions import DIRECTIONS, HEADINGS, Motion
-from ...sensor_logic.error import AngenError
+from ...sensor_logic.logs.error import AngenError
 from ...sensor_logic.model import Array
 from ..plan.rooms import Labels, labels_of, storeys_of
 from ..progress import Doing, Steps, Work, saying

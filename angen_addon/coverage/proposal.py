@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from ...sensor_logic.coverage.detect import DetectorView
 from ...sensor_logic.coverage.grid import Cells, ChosenPlaces, CoverageMap, choose
 from ...sensor_logic.coverage.motions import Motion
-from ...sensor_logic.error import AngenError
 from ...sensor_logic.kind import Kind
+from ...sensor_logic.logs.error import AngenError
 from ...sensor_logic.model import Array, Pose
 from ..plan.storeys import WALL_M, may_move
 from ..progress import Doing, Enough, Steps, Work, saying

@@ -54,7 +54,8 @@ def bare_objects(depsgraph: Any, view_layer: Any, metres: float) -> Iterator[Bar
         ignored = original.angen_ignored or owner.angen_ignored
         if ignored or not instance.show_self or not owner.visible_get(view_layer=view_layer):
             continue
-        if instance.is_instance and seen.type == "MESH" and original.type in KINDS:
+        is_mesh = instance.is_instance and seen.type == "MESH" and original.type in KINDS
+        if is_mesh and len(seen.data.polygons):
             has_mesh.add(original)
         found += (
             (original, kind, _bounds(seen, instance.matrix_world, metres))

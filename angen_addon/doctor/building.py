@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from ...sensor_logic.kind import LIGHT
+from ...sensor_logic.logs.wording import capital, named
 from ...sensor_logic.model import Array
-from ...sensor_logic.wording import capital, named
 from ..advice import lacking
 from ..advice import sensing as advice
 from ..scene.animation import motion_paths
@@ -81,12 +81,12 @@ def scale(home: Examined) -> Iterator[Found]:
         part, height, usual = high
         unit = min((*UNITS, TENTHS), key=lambda name: abs(math.log(_factor(name) * height / usual)))
         said = f"The home is too large: its {part} are {_length(height)} high"
-        yield too if large else said, _smaller(home.metres, unit)
+        yield too if large else said, _smaller(home, unit)
     elif large:
         unit = min(UNITS, key=lambda name: _unit_penalty(name, whole, things))
-        yield too, _smaller(home.metres, unit)
+        yield too, _smaller(home, unit)
     elif small:
-        yield too, _larger(home.metres, things)
+        yield too, _larger(home, things)
     else:
         yield from _low_walls(home, (hi - lo)[is_finite])
 
@@ -180,7 +180,7 @@ def _low_walls(home: Examined, size: Array) -> Iterator[Found]:
             f"The walls are no higher than {_length(highest)}, so nobody can walk upright between "
             "them",
             f"Parent the whole home to an empty and scale that {UPRIGHT / highest:.2g} times, or "
-            f"set Unit Scale to {home.metres * UPRIGHT / highest:.2g} (Scene tab, Units)",
+            f"{_unit_scale_of(home, f'{home.metres * UPRIGHT / highest:.2g}')}",
         )
 
 
@@ -188,20 +188,26 @@ def _length(metres: float) -> str:
     return f"{metres:.3g} m" if metres >= 0.1 else f"{metres * 1000:.3g} mm"
 
 
-def _smaller(metres: float, unit: str) -> str:
+def _smaller(home: Examined, unit: str) -> str:
     return (
-        f"If it was drawn in {unit}, set Unit Scale to {metres * _factor(unit):g} (Scene tab, "
-        "Units), or scale the whole home by that factor and apply the scale"
+        f"If it was drawn in {unit}, {_unit_scale_of(home, f'{home.metres * _factor(unit):g}')}, "
+        "or scale the whole home by that factor and apply the scale"
     )
 
 
-def _larger(metres: float, things: float) -> str:
+def _larger(home: Examined, things: float) -> str:
     # A factor of 1 would change nothing, so it is at least 10.
     factor = 10.0 ** max(round(math.log10(1.0 / things)), 1) if things > 0.0 else 100.0
     return (
-        f"Set Unit Scale to {metres * factor:g} (Scene tab, Units), or scale the whole home up "
+        f"{capital(_unit_scale_of(home, f'{home.metres * factor:g}'))}, or scale the whole home up "
         f"{factor:g} times and apply the scale"
     )
+
+
+def _unit_scale_of(home: Examined, scale: str) -> str:
+    """Return how to set a unit scale, which counts for nothing without a unit system."""
+    system = "Unit System to Metric and " if home.scene.unit_settings.system == "NONE" else ""
+    return f"set {system}Unit Scale to {scale} (Scene tab, Units)"
 
 
 def _unit_penalty(unit: str, length: float, object_size: float) -> float:
@@ -234,14 +240,21 @@ def coarse(home: Examined) -> Iterator[Found]:
 def _steps(home: Examined) -> Iterator[tuple[Any, float]]:
     """Yield each solid with the step in m of its coordinates in single precision.
 
-    Of large objects, such as terrain, the point that is nearest to the origin counts.
+    Of large objects, such as terrain, the point that is nearest to the origin counts. Coordinates
+    that a parent or an instance takes back to the origin were rounded before.
     """
     solids = home.home.caster.solids
+    origins: dict[Any, float] = {}
     for solid in solids.solids:
         size = np.linalg.norm(solids.matrix[solid.row][:3, :3], axis=0).max()
         in_mesh = _step(solid.geometry.lo, solid.geometry.hi) * size
         in_scene = _step(solids.lo[solid.row], solids.hi[solid.row])
-        yield solid, max(in_mesh, in_scene) * home.metres
+        for over in chain(solid.original):
+            if over not in origins:
+                at = np.array(over.evaluated_get(home.depsgraph).matrix_world.translation)
+                origins[over] = _step(at, at)
+        before = max(origins[over] for over in chain(solid.original))
+        yield solid, max(in_mesh, in_scene, before) * home.metres
 
 
 def _step(lo: Array, hi: Array) -> float:

@@ -8,18 +8,18 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from ...sensor_logic.clock import Schedule
-from ...sensor_logic.error import AngenError
 from ...sensor_logic.kind import LIGHT
-from ...sensor_logic.log import log_indices
+from ...sensor_logic.logs.error import AngenError
+from ...sensor_logic.recording.events import log_indices
 from ...sensor_logic.recording.tracks import Recording
 from ..kinds import appearance_of
-from ..runtime import state
 from ..runtime.simulation import Progress, simulate
 from ..runtime.time_base import clock_of
+from ..scene import outputs
 from ..scene.instances import Uid
 from ..scene.sensors import Sensor, decimal, simulated
 from .facts import Explanation
-from .replay import replaying
+from .recorded import RecordedSensor
 
 
 def explain(scene: Any, sensor: Sensor, recording: Recording, index: int) -> Explanation:
@@ -27,15 +27,11 @@ def explain(scene: Any, sensor: Sensor, recording: Recording, index: int) -> Exp
 
     If the output is off at that update, the explanation also says what would switch it on.
 
-    `scene` must be the scene of the current context, unchanged since the run. The frame is
-    restored. Raise `AngenError` if the sensor cannot be read.
+    Raise `AngenError` if the recording does not tell why the sensor read what it did.
     """
-    with replaying(scene, sensor, recording) as replay:
-        appearance = appearance_of(sensor.kind)
-        found = appearance.explain(replay, index)
-        if replay.track.active[index]:
-            return found
-        return appearance.lacking(replay, index, found)
+    recorded, appearance = RecordedSensor(scene, sensor, recording), appearance_of(sensor.kind)
+    found = appearance.explain(recorded, index)
+    return found if recorded.track.active[index] else appearance.lacking(recorded, index, found)
 
 
 class Memory:
@@ -81,7 +77,7 @@ class ExplainedTime:
         self._sensor = sensor
         self._recording = Recording()
         # Drivers can move objects by the outputs of other sensors, so all are simulated.
-        self._sensors = list(sensors) if state.are_driven() else [sensor]
+        self._sensors = list(sensors) if outputs.are_driven() else [sensor]
         clock = clock_of(scene)
         self._asked = time
         # The log rounds times, so a time copied from the log can be just before its event.

@@ -7,10 +7,10 @@ from collections.abc import Iterable
 from typing import Any
 
 from ...sensor_logic.clock import Schedule
-from ...sensor_logic.error import AngenError
+from ...sensor_logic.logs.error import AngenError
+from ...sensor_logic.logs.wording import quoted
 from ...sensor_logic.parameters import is_chosen, label_of, specs, value_text
 from ...sensor_logic.recording.tracks import Recording, Track
-from ...sensor_logic.wording import quoted
 from ..scene.lengths import lengths_of
 from ..scene.sensors import Sensor, decimal, unit_scale
 from .facts import Explanation, Facts, at_frame
@@ -21,6 +21,8 @@ class RecordedSensor:
 
     Attributes
     ----------
+    scene, recording
+        The scene, and the recording with the sensor.
     track
         The recorded updates of the sensor.
     metres
@@ -35,7 +37,7 @@ class RecordedSensor:
             # The variants of a sensor in a study have the same uid, but different names.
             track = recording.tracks[sensor.name]
         assert track is not None and clock is not None
-        self.scene = scene
+        self.scene, self.recording = scene, recording
         self.sensor = sensor
         self.track: Track = track
         self.clock = clock
@@ -49,10 +51,8 @@ class RecordedSensor:
         Raise `AngenError` if the recording does not tell why the sensor read what it did.
         """
         if not self.track.has_evidence:
-            raise AngenError(
-                f"The recording of '{self.track.sensor}' does not tell why it read this, because "
-                "an earlier version made it: simulate again"
-            )
+            name = self.track.sensor
+            raise AngenError(f"The recording does not tell why '{name}' read this: simulate again")
         return self.track.parameters_at(index)
 
     def evidence(self, name: str, index: int) -> Any:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from bpy.types import Context
 
-from ...sensor_logic.wording import Lengths, measured, quoted
+from ...sensor_logic.logs.wording import Lengths, measured, quoted
 from ..authoring.housing import Housing
 from ..explain.facts import Explanation
 from ..explain.recorded import RecordedSensor

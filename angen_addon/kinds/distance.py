@@ -11,8 +11,8 @@ import numpy as np
 from ...sensor_logic.evidence import rows_of
 from ...sensor_logic.geometry.pixels import pixel_corners
 from ...sensor_logic.kinds.distance import DistanceParameters, sigma, zone_rays
+from ...sensor_logic.logs.wording import named, quoted
 from ...sensor_logic.model import Array, Pose
-from ...sensor_logic.wording import named, quoted
 from ..authoring.housing import Housing, looking, looking_level
 from ..explain.facts import Explanation, Facts
 from ..explain.recorded import RecordedSensor

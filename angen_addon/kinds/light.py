@@ -15,10 +15,10 @@ import numpy as np
 from bpy.types import Context
 
 from ...sensor_logic.evidence import rows_of
-from ...sensor_logic.kind import Field
+from ...sensor_logic.logs.fields import Field
+from ...sensor_logic.logs.wording import capital, listed, named, percent, quoted
 from ...sensor_logic.model import LightShare, Pose
 from ...sensor_logic.parameters import specs
-from ...sensor_logic.wording import capital, listed, named, percent, quoted
 from ..authoring.housing import Housing, looking
 from ..explain.facts import Explanation, Facts, more_needed
 from ..explain.recorded import RecordedSensor

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ...sensor_logic.kinds.optical_switch import SWITCHING_LEVEL, OpticalSwitchParameters
-from ...sensor_logic.wording import Lengths, percent, quoted
+from ...sensor_logic.logs.wording import Lengths, percent, quoted
 from ..authoring.housing import Housing, beside_it
 from ..explain.facts import Explanation, Facts
 from ..explain.recorded import RecordedSensor

@@ -13,13 +13,13 @@ from bpy.types import Context
 
 from ...sensor_logic.evidence import rows_of
 from ...sensor_logic.kinds.pressure import FORCE, KIND, PressureParameters
+from ...sensor_logic.logs.wording import METRES, NOTHING, Lengths, capital, quoted, split, typed
 from ...sensor_logic.model import NOT_YET, Pose
-from ...sensor_logic.wording import METRES, NOTHING, Lengths, capital, quoted, split, typed
 from ..advice import sensing as advice
 from ..authoring.housing import Housing, Point, lying, pad
 from ..explain.facts import Explanation, more_needed
+from ..explain.nearby import surroundings
 from ..explain.recorded import RecordedSensor
-from ..explain.replay import Replay
 from ..scene.lengths import UNITS, lengths_of
 from ..scene.sensors import Sensor
 from ..view.appearance import Appearance
@@ -175,7 +175,7 @@ class PadCause:
         return next(iter([name for name, _ in self.partners] or self.before), "")
 
 
-def lacking(replay: Replay, index: int, found: Explanation) -> Explanation:
+def lacking(recorded: RecordedSensor, index: int, found: Explanation) -> Explanation:
     """Add a fact to an explanation: how much force is missing until the pad counts as pressed.
 
     If nothing presses on the pad, a second fact names the nearest object above it. `found` is the
@@ -186,14 +186,16 @@ def lacking(replay: Replay, index: int, found: Explanation) -> Explanation:
         return found
     facts = [("To be pressed", more_needed(cause.threshold, cause.force, "N"))]
     if not cause.partners:
-        facts.append(("Nearest above", _nearest_above(replay, index) or "nothing is above the pad"))
+        facts.append(
+            ("Nearest above", _nearest_above(recorded, index) or "nothing is above the pad")
+        )
     return found.after(facts)
 
 
-def _nearest_above(replay: Replay, index: int) -> str:
+def _nearest_above(recorded: RecordedSensor, index: int) -> str:
     """Return name and distance of the nearest object above a pad; empty if there is none."""
-    found = replay.solid_bounds(index, include_sensor=True)
-    name = replay.sensor.object.name
+    found = surroundings(recorded, [index], include_sensor=True)[0].bounds
+    name = recorded.sensor.object.name
     if name not in found:
         return ""
     low, high = found.pop(name)
@@ -205,7 +207,7 @@ def _nearest_above(replay: Replay, index: int) -> str:
     if not gaps:
         return ""
     nearest = min(sorted(gaps), key=lambda n: gaps[n])
-    return f"{quoted(nearest)}, by {replay.lengths.text(gaps[nearest])}"
+    return f"{quoted(nearest)}, by {recorded.lengths.text(gaps[nearest])}"
 
 
 def explain_pad(recorded: RecordedSensor, index: int) -> Explanation:

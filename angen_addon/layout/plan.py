@@ -12,13 +12,13 @@ import bpy
 import numpy as np
 from mathutils import Matrix, Vector
 
-from ...sensor_logic.error import InputError, explained
 from ...sensor_logic.kind import Kind
 from ...sensor_logic.kinds import KINDS, NO_KIND
 from ...sensor_logic.layout.entries import Layout, LayoutEntry
+from ...sensor_logic.logs.error import InputError, explained
+from ...sensor_logic.logs.wording import hint, named
 from ...sensor_logic.model import Array, pose_from_matrix
 from ...sensor_logic.parameters import specs
-from ...sensor_logic.wording import hint, named
 from ..output.describe import describe
 from ..scene.animation import is_animated, motion_paths
 from ..scene.instances import is_holder

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...sensor_logic.coverage.grid import NO_ROOM
-from ...sensor_logic.error import AngenError
+from ...sensor_logic.logs.error import AngenError
 from ...sensor_logic.model import Array
 from ..progress import Steps
 from ..scene.evaluated_home import EvaluatedHome

@@ -18,12 +18,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...sensor_logic.clock import Clock
-from ...sensor_logic.error import AngenError, explained
+from ...sensor_logic.logs.error import AngenError, explained
 from ...sensor_logic.model import Index
 from ...sensor_logic.recording.tracks import Recording, Track
+from ..scene import outputs
 from ..scene.sensors import Sensor, all_sensors, check, check_names, report_steps, simulated
-from . import handlers, state, stillness
+from . import handlers, stillness
 from .moving_scene import MovingScene, moving_scene
+from .running import publishing, running
 from .sensor_runner import PendingUpdates, SensorRunner
 from .stage import Agenda, Stage
 from .time_base import clock_of, evaluated_depsgraph
@@ -95,7 +97,6 @@ def simulate(
     recording: Recording,
     exchanges: Sequence[Exchange] = (),
     clock: Clock | None = None,
-    follow: Callable[[SensorRunner], object] | None = None,
     references: dict[Any, Any] | None = None,
 ) -> Generator[Progress, None, None]:
     """Simulate a range of frames, add the readings to a recording, and yield the progress.
@@ -118,10 +119,6 @@ def simulate(
         Replacements of keyframes during the run, at frames after `frame_start`: see `Exchange`.
     clock
         The time base; by default the scene's.
-    follow
-        A function that is called with a sensor's runner each time its readings were recorded. With
-        such a function, each runner's `Trace` also keeps the last queries of the sensor's model to
-        the scene, and their answers.
     references
         Light references of an earlier run of the same scene, to which the run adds its own. They
         are pictures with many light paths, by which noisy readings are corrected.
@@ -145,7 +142,7 @@ def simulate(
         warm_up = float(getattr(sensor.parameters, "warm_up_time", 0.0))
         recording.tracks[sensor.name] = Track(sensor.name, kind, sensor.uid, steps, clock, warm_up)
     recording.clock = clock
-    run = _Run(scene, runners, first, last, frame_end, recording, exchanges, follow)
+    run = _Run(scene, runners, first, last, frame_end, recording, exchanges)
     run.references = references
     return run.run()
 
@@ -158,7 +155,7 @@ def unrecorded(sensors: Sequence[Sensor]) -> list[Sensor]:
     """
     given = {sensor.uid for sensor in sensors}
     others = simulated(all_sensors(bpy.context.view_layer))
-    return [s for s in state.read_by_drivers(others) if s.uid not in given]
+    return [s for s in outputs.read_by_drivers(others) if s.uid not in given]
 
 
 class _Run:
@@ -177,15 +174,12 @@ class _Run:
         frame_end: int,
         recording: Recording,
         exchanges: Sequence[Exchange],
-        follow: Callable[[SensorRunner], object] | None,
     ) -> None:
         self._scene, self._runners = scene, runners
         self._first, self._last, self._frame_end = first, last, frame_end
         assert recording.clock is not None
         self._clock = recording.clock
-        self._recording, self._follow = recording, follow
-        for runner in runners:
-            runner.trace.keeps = follow is not None
+        self._recording = recording
         self._exchanges = {self._clock.first_step(e.frame): e for e in exchanges}
         self._still = stillness.Stillness(stillness.NEVER)
         self._moving_scene: MovingScene | None = None
@@ -197,9 +191,7 @@ class _Run:
 
     def run(self) -> Generator[Progress, None, None]:
         scene = self._scene
-        frame_before, subframe_before = scene.frame_current, scene.frame_subframe
         handlers.restore_handlers()
-        state.CACHE.running = True
         # Other code may change the scene at a frame in ways that Blender does not report.
         alone = not handlers.has_other_frame_handlers()
         removed = explained(
@@ -207,7 +199,7 @@ class _Run:
             ReferenceError,
             raised=AngenError,
         )
-        try:
+        with running(), _same_frame_after(scene):
             with removed, _idle_outputs(self._runners) as driven:
                 agenda = Agenda(scene, self._runners, self._clock, self._first, self._last)
                 batches = alone and not driven and agenda.allows_batches
@@ -224,8 +216,6 @@ class _Run:
                 finally:
                     self._close_moving_scene()
             self._recording.frame_end = self._frame_end
-        finally:
-            _restore_frame(scene, frame_before, subframe_before)
 
     def _find_what_moves(self, frame: int, alone: bool, batches: bool) -> None:
         """Find at which frames the scene can change, and make the scene of moving objects."""
@@ -310,11 +300,8 @@ class _Run:
         """Evaluate the drivers that read outputs, if there are any (`driven`)."""
         # A later evaluation of them would count as an edit, after which all solids are listed anew.
         if driven:
-            state.CACHE.publishing = True
-            try:
+            with publishing():
                 evaluated_depsgraph()
-            finally:
-                state.CACHE.publishing = False
 
     def _frame(self, step: int) -> int:
         return self._clock.frame_and_subframe(step)[0]
@@ -352,11 +339,9 @@ class _Run:
         track = self._recording.tracks.get(sensor.name)
         if track is not None and track.uid == sensor.uid:
             track.extend(frames, times, readings, pending.parameters)
-            if self._follow is not None:
-                self._follow(pending.runner)
         # Drivers see the new outputs from the next frame on.
         if driven:
-            state.show(sensor, bool(readings.active[-1]), float(readings.value[-1]))
+            outputs.show(sensor, bool(readings.active[-1]), float(readings.value[-1]))
 
 
 def _group_unchanged(steps: Index, fresh: NDArray[np.bool_]) -> Iterator[tuple[list[int], bool]]:
@@ -370,15 +355,16 @@ def _group_unchanged(steps: Index, fresh: NDArray[np.bool_]) -> Iterator[tuple[l
             yield steps[part].tolist(), bool(fresh[part[0]])
 
 
-def _restore_frame(scene: Any, frame: int, subframe: float) -> None:
-    """Set the scene to a frame, and then let the handlers work again."""
+@contextmanager
+def _same_frame_after(scene: Any) -> Iterator[None]:
+    """Context manager: on exit, set the scene to the frame at which it is on entry."""
+    frame, subframe = scene.frame_current, scene.frame_subframe
     try:
-        scene.frame_set(frame, subframe=subframe)
-    except ReferenceError:
-        # Another file was opened: the scene is gone.
-        pass
+        yield
     finally:
-        state.CACHE.running = False
+        # If another file was opened, the scene is gone.
+        with suppress(ReferenceError):
+            scene.frame_set(frame, subframe=subframe)
 
 
 @contextmanager
@@ -387,16 +373,16 @@ def _idle_outputs(runners: list[SensorRunner]) -> Iterator[bool]:
 
     If no driver reads outputs, do nothing. Yield whether any driver does.
     """
-    if not state.are_driven():
+    if not outputs.are_driven():
         yield False
         return
     sensors = [runner.sensor for runner in runners]
     before = [(sensor, sensor.settings.active, sensor.settings.value) for sensor in sensors]
     for sensor in sensors:
-        state.show(sensor, False, 0.0)
+        outputs.show(sensor, False, 0.0)
     try:
         yield True
     finally:
         with suppress(ReferenceError):
             for sensor, active, value in before:
-                state.show(sensor, active, value)
+                outputs.show(sensor, active, value)

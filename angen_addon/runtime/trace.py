@@ -1,16 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The trace of a sensor: its model's queries to the scene, their answers and the hits of its rays.
+"""The trace of a sensor: the rays that its model cast last, and how far they got.
 
-The viewport draws the last hits. *Explain*, and the search for the causes of events, replay the
-last updates from the recorded queries and answers.
+The viewport draws them.
 """
 
 from __future__ import annotations
 
-from bisect import bisect_left
-from collections import deque
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -19,7 +16,7 @@ import numpy as np
 from ...sensor_logic.arrays import are_equal
 from ...sensor_logic.clock import Clock
 from ...sensor_logic.kind import RAYS
-from ...sensor_logic.model import FIRST, Answers, Array, Ask, Index, LightSample, Pose, Updates
+from ...sensor_logic.model import Answers, Array, Ask, Index, LightSample, Pose, Updates
 from ..scene.light.probe import LightRequest
 from ..scene.rays.caster import Rays
 from ..scene.rays.places import SolidPlaces
@@ -30,14 +27,8 @@ from .probes import Probes
 
 # The queries that cast rays.
 CAST = {RAYS, *SURFACES}
-# A trace keeps at least this many of the last updates. It is more than a motion detector has tilts.
-KEPT = 256
 # More than the ray bundles of any model.
 BUNDLES = 1 << 20
-
-
-class NotRecorded(LookupError):
-    """Raised for a query that the run did not make, so that the trace has no answer to it."""
 
 
 @dataclass(frozen=True)
@@ -193,65 +184,8 @@ class RaysMet:
         return are_equal(mine, its)
 
 
-class Hits(NamedTuple):
-    """The hits of a bundle of n rays.
-
-    Attributes
-    ----------
-    ranges
-        The range of each ray (n,) in Blender units.
-    names
-        The name of the object that each ray hits, empty if it hits nothing.
-    """
-
-    ranges: Array
-    names: list[str]
-
-
-@dataclass(frozen=True)
-class _RecordedQuery:
-    """A recorded query with its answers.
-
-    Attributes
-    ----------
-    need
-        The queried quantity, such as RAYS.
-    bundle
-        The number of the ray bundle, or the name of a parameter that takes an object.
-    which
-        The indices (k,) of the updates that the query is about; None means all updates.
-    answers
-        The answers, one for each of these updates.
-    met
-        The hits of the rays at each of these updates; None if the query casts no rays.
-    """
-
-    need: str
-    bundle: Any
-    which: Index | None
-    answers: Answers
-    met: Answers | None
-
-    def place(self, update: int) -> int | None:
-        """Return the index of an update's answer; None if the query was not about this update."""
-        if self.which is None:
-            return update
-        at = int(np.searchsorted(self.which, update))
-        return at if at < len(self.which) and self.which[at] == update else None
-
-
-@dataclass(frozen=True)
-class _RecordedUpdates:
-    """Recorded updates of a sensor at ascending `steps`, with the queries that its model made."""
-
-    steps: list[int]
-    parameters: Any
-    updates: Updates
-    queries: list[_RecordedQuery] = field(default_factory=list)
-
-
 class Trace:
-    """The queries, answers and hits of one sensor.
+    """The last rays and hits of one sensor.
 
     Attributes
     ----------
@@ -271,18 +205,12 @@ class Trace:
         The last sweep of the sensor's beam; None before the first one.
     past
         For a sensor that integrates, the last steps at which it has sensed, in order.
-    keeps
-        Whether the trace also keeps the queries and answers of at least the last KEPT updates.
     """
 
     def __init__(self, sensor: Sensor) -> None:
         self.sensor = sensor
-        self.keeps = False
         self.revision = 0
-        self._updates: deque[_RecordedUpdates] = deque()
-        self._count = 0
-        # The hits of the last query's rays, and the names of solids by their numbers.
-        self._met: Any = None
+        # The names of solids by their numbers.
         self._names: Mapping[int, str] = {}
         self.forget()
 
@@ -299,15 +227,9 @@ class Trace:
         self._sensed: dict[int, Array] = {}
 
     def record(self, query: Query, updates: Updates) -> Updates:
-        """Return a copy of `updates` that records each query which the model makes."""
-        sensed = _RecordedUpdates(query.steps, query.read.parameters, updates)
-        if self.keeps:
-            self._updates.append(sensed)
-            self._count += len(sensed.steps)
-            while self._count - len(self._updates[0].steps) >= KEPT:
-                self._count -= len(self._updates.popleft().steps)
+        """Return a copy of `updates` that records the rays and hits of the model's queries."""
         scene = {
-            need: partial(self._ask, query, sensed, need, answer)
+            need: partial(self._ask, query, need, answer) if need in CAST else answer
             for need, answer in updates.scene.items()
         }
         return replace(updates, scene=scene)
@@ -315,38 +237,31 @@ class Trace:
     def _ask(
         self,
         query: Query,
-        sensed: _RecordedUpdates,
         need: str,
         answer: Ask,
         *arguments: Any,
         which: Index | None = None,
     ) -> Answers:
-        """Answer the query `need` by the function `answer`; record the answers and the hits.
+        """Answer the query `need` by the function `answer`, with the hits of its rays.
 
-        `which` (k,) has the indices of the updates that the query is about; None means all.
+        Record the rays and ranges of the last update. `which` (k,) has the indices of the updates
+        that the query is about; None means all.
         """
         answers: Answers = answer(*arguments, which=which)
-        met = None
-        if need in CAST and len(answers.rows):
-            bundle, origins, directions, length, *_ = arguments
-            read, known = query.read, (query.sensor.uid, query.bundle(bundle))
-            last = query.steps[-1 if which is None else int(which[-1])]
-            if need == RAYS:
-                ranges = answers[-1]
-            else:
-                ranges = read.in_metres(query.probes.surfaces[need].ranges(*known))
-            self.set_pose(read.parameters, read.pose)
-            self._note(last, bundle, RaysMet(origins, directions, length, ranges))
-            probes, count = query.probes, len(answers.rows)
-            in_units = read.rays_in_units(origins, directions, length)
-            met = probes.hits(need, *known, in_units, count)
-            self._names = probes.names
-            answers = replace(answers, hits=met)
-            if self.keeps:
-                self._met = met[-1]
-        if self.keeps:
-            sensed.queries.append(_RecordedQuery(need, _bundle(arguments), which, answers, met))
-        return answers
+        if not len(answers.rows):
+            return answers
+        bundle, origins, directions, length, *_ = arguments
+        read, known = query.read, (query.sensor.uid, query.bundle(bundle))
+        last = query.steps[-1 if which is None else int(which[-1])]
+        if need == RAYS:
+            ranges = answers[-1]
+        else:
+            ranges = read.in_metres(query.probes.surfaces[need].ranges(*known))
+        self.set_pose(read.parameters, read.pose)
+        self._note(last, bundle, RaysMet(origins, directions, length, ranges))
+        in_units = read.rays_in_units(origins, directions, length)
+        self._names = query.probes.names
+        return replace(answers, hits=query.probes.hits(need, *known, in_units, len(answers.rows)))
 
     def set_pose(self, parameters: Any, pose: Pose | None) -> None:
         """Set the parameters and the pose with which the next bundles of rays are cast.
@@ -404,61 +319,6 @@ class Trace:
             len(met),
         )
 
-    @property
-    def hits(self) -> Hits:
-        """The hits of the rays that the last query cast."""
-        if self._met is None:
-            return Hits(np.empty(0), [])
-        return Hits(self._met.ranges.copy(), [self.name_of(n) for n in self._met.met.tolist()])
-
     def name_of(self, number: int) -> str:
         """Return the name of the object with this number; empty if no object has the number."""
         return self._names.get(number, "")
-
-    def recall(self, step: int) -> tuple[Any, Updates]:
-        """Return the parameters of the sensor and its update at a step.
-
-        Queries of the update get the recorded answers. Raise NotRecorded if the trace has no such
-        step.
-        """
-        for sensed in reversed(self._updates):
-            if sensed.steps[0] <= step <= sensed.steps[-1]:
-                i = bisect_left(sensed.steps, step)
-                updates, single = sensed.updates, slice(i, i + 1)
-                scene = {need: partial(self._answer, sensed, i, need) for need in updates.scene}
-                found = (
-                    updates.numbers[single],
-                    updates.times[single],
-                    updates.due[single],
-                    updates.pose,
-                    scene,
-                )
-                return sensed.parameters, Updates(*found, updates.noise, updates.device_noise)
-        raise NotRecorded
-
-    def _answer(
-        self,
-        sensed: _RecordedUpdates,
-        update: int,
-        need: str,
-        *arguments: Any,
-        which: Index | None = None,
-    ) -> Answers:
-        """Return the recorded answer to the query `need` at the index `update`.
-
-        Raise NotRecorded if there is none. `which` is not used: the answer is about one update.
-        """
-        bundle = _bundle(arguments)
-        for known in sensed.queries:
-            if (known.need, known.bundle) == (need, bundle):
-                place = known.place(update)
-                if place is not None:
-                    if known.met is not None:
-                        self._met = known.met[place]
-                    return Answers([known.answers[place]], FIRST)
-        raise NotRecorded
-
-
-def _bundle(arguments: tuple[Any, ...]) -> Any:
-    """Return the number of the ray bundle or the parameter that a query is about, or None."""
-    return arguments[0] if arguments and isinstance(arguments[0], (int, str)) else None

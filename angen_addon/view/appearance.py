@@ -9,8 +9,7 @@ from typing import Any
 
 from ..authoring.housing import Housing, Stand, looking_out
 from ..explain.facts import Explanation
-from ..explain.recorded import explain_plainly
-from ..explain.replay import Replay
+from ..explain.recorded import RecordedSensor, explain_plainly
 from ..runtime.trace import RaysMet, SensorRays, Trace
 from .handles import Handle, SizeHandle
 from .overlay.figures import Figure, beams, plain_figure
@@ -32,7 +31,7 @@ def no_reading_figure(seen: Any, fields: Mapping[str, Any], metres: float) -> No
     """Return no figure: the default of `Appearance.reading_figure`."""
 
 
-def no_more_facts(replay: Replay, index: int, found: Explanation) -> Explanation:
+def no_more_facts(recorded: RecordedSensor, index: int, found: Explanation) -> Explanation:
     """Return the explanation `found` unchanged: the default of `Appearance.lacking`."""
     return found
 
@@ -101,7 +100,7 @@ class Appearance:
     drawn_fields: tuple[str, ...] = ()
     handles: tuple[Handle | SizeHandle, ...] = ()
     outlined: bool = False
-    explain: Callable[[Replay, int], Explanation] = explain_plainly
-    lacking: Callable[[Replay, int, Explanation], Explanation] = no_more_facts
+    explain: Callable[[RecordedSensor, int], Explanation] = explain_plainly
+    lacking: Callable[[RecordedSensor, int, Explanation], Explanation] = no_more_facts
     sections: tuple[tuple[str, tuple[str, ...]], ...] = ()
     details: Callable[[Any, Any, Any, Any], None] = no_rows

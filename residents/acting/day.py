@@ -14,8 +14,8 @@ from dataclasses import replace
 from typing import TypeVar
 
 from ...angen_addon.progress import Doing, Work, finished
-from ...sensor_logic.error import InputError
-from ...sensor_logic.toml_table import suggestion
+from ...sensor_logic.logs.error import InputError
+from ...sensor_logic.logs.toml_table import suggestion
 from ..body.skeleton import Build
 from ..routine.routine import DAY, Routine, Segment
 from ..routine.timetable import OTHER, Draws, Stream

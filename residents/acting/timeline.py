@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ...sensor_logic.logs.wording import shown_duration
 from ...sensor_logic.model import Array
-from ...sensor_logic.wording import shown_duration
 from ..body.pose import BodyPose
 from ..body.turns import ease
 

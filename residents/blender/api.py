@@ -18,9 +18,9 @@ from ...angen_addon.runtime.simulation import Progress
 from ...angen_addon.runtime.time_base import evaluated_depsgraph
 from ...angen_addon.scene.instances import objects_of
 from ...angen_addon.scene.sensors import Sensor, unit_scale
-from ...sensor_logic.error import AngenError, InputError, explained
-from ...sensor_logic.log import parse_date
-from ...sensor_logic.wording import hint
+from ...sensor_logic.logs.error import AngenError, InputError, explained
+from ...sensor_logic.logs.log import parse_date
+from ...sensor_logic.logs.wording import hint
 from ..acting.places import Place
 from ..acting.timeline import LYING, SITTING, STANDING
 from ..body.skeleton import Sort

@@ -14,23 +14,18 @@ import bpy
 import numpy as np
 from mathutils import Vector
 
-from ...angen_addon.explain.replay import Recalled, Replay
+from ...angen_addon.explain.recorded import RecordedSensor
 from ...angen_addon.kinds import appearance_of
-from ...angen_addon.runtime import state
-from ...angen_addon.runtime.probes import Probes
-from ...angen_addon.runtime.sensor_runner import SensorRunner
-from ...angen_addon.runtime.trace import NotRecorded
 from ...angen_addon.scene.bearers import candidates
 from ...angen_addon.scene.sensors import Sensor, unit_scale
-from ...sensor_logic.log import Event, NewEvents
+from ...sensor_logic.logs.log import Event
+from ...sensor_logic.recording.events import NewEvents
 from ...sensor_logic.recording.tracks import Recording
 from ..acting.timeline import Acted
 
 
 class Causes:
-    """The causes of the events of a day, found while the day is simulated.
-
-    The run calls `note` after each reading of a sensor.
+    """The causes of the events of a day, read from the evidence in its recording.
 
     Parameters
     ----------
@@ -67,69 +62,31 @@ class Causes:
         self._persons = {obj.name: person for person, obj in residents.items()}
         frames = {person: obj.angen_resident.walking_frame for person, obj in residents.items()}
         self._persons |= {frame.name: person for person, frame in frames.items() if frame}
-        self._probes: Probes | None = None
         self._owners: dict[str, list[str]] = {}
-        self._left: list[Event[float]] = []
         self.wanted = wanted
         self.events: list[Event[float]] = []
 
-    def note(self, runner: SensorRunner) -> None:
-        """Find the causes of a sensor's new events in the stored rays and hits of its last reading.
+    def add_events(self) -> None:
+        """Add the events since the last call, with their causes.
 
-        If these lack a cause, `explain_left` finds the cause later.
+        Call it while the scene has the keyframes for the time of these events.
         """
-        because: dict[float, str] = {}
-        for event in self.new.take_of(runner.sensor.name):
-            if event.time <= self._midnight:
-                self.events.append(event)
+        for name, sensor in self._sensors.items():
+            events = self.new.take_of(name)
+            if not self.wanted:
+                self.events += events
                 continue
-            try:
+            recorded = RecordedSensor(self._scene, sensor, self._recording)
+            because: dict[float, str] = {}
+            for event in events:
+                if event.time <= self._midnight:
+                    self.events.append(event)
+                    continue
                 if event.frame not in because:
-                    recalled = Recalled(self._scene, self._recording, runner.trace)
-                    because[event.frame] = self._cause_name(recalled, event)
-            except NotRecorded:
-                self._left.append(event)
-            else:
-                self._add_event(event, because[event.frame])
-
-    def explain_left(self) -> None:
-        """Find the causes that `note` has not found, by simulating these events' frames again.
-
-        Call it while the scene has the keyframes for the time of these events, and no sensor is
-        sensing.
-        """
-        if not self.wanted:
-            self.events += (event for name in self._sensors for event in self.new.take_of(name))
-            return
-        was_running, state.CACHE.running = state.CACHE.running, True
-        because: dict[tuple[str, float], str] = {}
-        try:
-            for event in sorted(self._left):
-                key = event.sensor, event.frame
-                if key not in because:
-                    sensor = self._sensors[event.sensor]
-                    replay = Replay(self._scene, sensor, self._recording, self._probes)
-                    self._probes = replay.probes
-                    because[key] = self._cause_name(replay, event)
-                self._add_event(event, because[key])
-        finally:
-            if self._probes is not None:
-                self._probes.close()
-            state.CACHE.running = was_running
-            self._left = []
-
-    def _cause_name(self, replay: Replay, event: Event[float]) -> str:
-        """Return the name of the object that caused an event, or ""."""
-        kind, track = replay.sensor.kind, replay.track
-        index = track.at(event.frame)
-        if index is None or (kind.publishes("motion") and not track.active[index]):
-            # The end of a motion has no cause.
-            return ""
-        return appearance_of(kind).explain(replay, index).cause_name
-
-    def _add_event(self, event: Event[float], because: str) -> None:
-        person = self.person_of(because, event.time - self._midnight) if because else ""
-        self.events.append(replace(event, person=person, because=because))
+                    because[event.frame] = _cause_name(recorded, event)
+                cause = because[event.frame]
+                person = self.person_of(cause, event.time - self._midnight) if cause else ""
+                self.events.append(replace(event, person=person, because=cause))
 
     def person_of(self, name: str, time: float) -> str:
         """Return the person who moves an object at a time (s of the day), or "".
@@ -155,6 +112,16 @@ class Causes:
             obj = _find_object(name)
             self._owners[name] = [one.name for one in candidates(obj)] if obj is not None else []
         return self._owners[name]
+
+
+def _cause_name(recorded: RecordedSensor, event: Event[float]) -> str:
+    """Return the name of the object that caused an event, or ""."""
+    kind, track = recorded.sensor.kind, recorded.track
+    index = track.at(event.frame)
+    if index is None or (kind.publishes("motion") and not track.active[index]):
+        # The end of a motion has no cause.
+        return ""
+    return appearance_of(kind).explain(recorded, index).cause_name
 
 
 def _find_object(name: str) -> Any:

@@ -18,11 +18,11 @@ from ...angen_addon.output.describe import parameters_of
 from ...angen_addon.output.run_log import about, sensor_facts
 from ...angen_addon.runtime.time_base import evaluated_depsgraph
 from ...angen_addon.scene.sensors import Sensor, decimal, unit_scale
-from ...sensor_logic.error import AngenError, explained
-from ...sensor_logic.files import check_folder, file_names, gzipped, write_files
-from ...sensor_logic.formats import FORMATS
-from ...sensor_logic.formats.outputs import check_installed, check_out, output_files
-from ...sensor_logic.formats.source import format_labels
+from ...sensor_logic.logs.error import AngenError, explained
+from ...sensor_logic.logs.files import check_folder, file_names, gzipped, write_files
+from ...sensor_logic.logs.formats import FORMATS
+from ...sensor_logic.logs.formats.outputs import check_installed, check_out, output_files
+from ...sensor_logic.logs.formats.source import format_labels
 from ...sensor_logic.recording.tracks import Track
 from ..days.rows import Day, DayRows, toml
 from ..days.samples import samples_csv

@@ -24,12 +24,12 @@ from ...angen_addon.runtime.time_base import evaluated_depsgraph
 from ...angen_addon.scene.animation import all_animated
 from ...angen_addon.scene.sensors import Sensor, decimal, is_placed
 from ...sensor_logic.clock import exact
-from ...sensor_logic.error import InputError, explained
-from ...sensor_logic.files import read_text
-from ...sensor_logic.log import Event
+from ...sensor_logic.logs.error import InputError, explained
+from ...sensor_logic.logs.files import read_text
+from ...sensor_logic.logs.log import Event
+from ...sensor_logic.logs.wording import uncapitalized
 from ...sensor_logic.model import Array
 from ...sensor_logic.recording.tracks import Recording, Track
-from ...sensor_logic.wording import uncapitalized
 from ..acting import FloorMap, acting
 from ..acting.places import Places
 from ..acting.timeline import Acted
@@ -190,14 +190,13 @@ class DayRun:
                 self.recording,
                 exchanges,
                 self._clock,
-                self._causes.note if self._causes.wanted else None,
             )
-            self._causes.explain_left()
+            self._causes.add_events()
         self.events = attribute_events(_events(self._causes.events, self.midnight))
 
     def _shown(self, start: float, end: float) -> Callable[[], None]:
         def exchange() -> None:
-            self._causes.explain_left()
+            self._causes.add_events()
             self._show(start, end)
             release_memory()
 

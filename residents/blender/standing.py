@@ -34,7 +34,7 @@ from ...angen_addon.scene.floor import (
 from ...angen_addon.scene.rays.solids import Solid
 from ...angen_addon.scene.rooms import Mask, volumes
 from ...angen_addon.scene.sensors import all_sensors, assigned_room
-from ...sensor_logic.error import AngenError, InputError
+from ...sensor_logic.logs.error import AngenError, InputError
 from ...sensor_logic.model import Array
 from ..acting.path_search import Floor, regions
 from ..acting.places import BODY_M, CURTAIN, LAMP, LIE, SIT, STAND, Place, Storey

@@ -8,7 +8,8 @@ from datetime import date
 
 import numpy as np
 
-from ...sensor_logic.log import COLUMN, format_value, rows_of, sampled_fields, to_csv
+from ...sensor_logic.logs.log import COLUMN, format_value, rows_of, to_csv
+from ...sensor_logic.recording.events import sampled_fields
 from ...sensor_logic.recording.tracks import Track
 from .truth import DAY_S
 

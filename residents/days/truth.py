@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...sensor_logic.formats.log import LoggedActivity
+from ...sensor_logic.logs.formats.log import LoggedActivity
 from ...sensor_logic.model import Array
 from ..acting.timeline import AWAY, Acted
 

@@ -13,7 +13,7 @@ from pathlib import Path
 import bpy
 import pytest
 from commands import DOOR_LOG, HEADER, door_home, listing, one_line, save
-from panel_layout import drawn
+from panel_layout import Layout, drawn
 
 
 @pytest.fixture
@@ -212,6 +212,19 @@ def test_a_file_without_sensors(world, command, tmp_path):
     assert "bare.blend has no sensors" in command("simulate")[2]
 
 
+def test_a_file_whose_sensors_are_elsewhere(world, command, tmp_path):
+    layer, sensor = world.bpy.context.view_layer, world.pir()
+    drafts = world.aside("drafts", sensor)
+    world.scene.collection.children.link(drafts)
+    layer.layer_collection.children["drafts"].exclude = True
+    save(tmp_path, "bare.blend")
+    assert "tick the collections of 'pir' in the Outliner" in one_line(command("simulate")[2])
+    world.scene.collection.children.unlink(drafts)
+    world.bpy.data.scenes.new("Flat").collection.children.link(drafts)
+    save(tmp_path, "bare.blend")
+    assert "its scene 'Flat' has sensors: save the file with" in one_line(command("simulate")[2])
+
+
 def test_no_file_at_all(world, command):
     world.switch()
     status, _, err = command("simulate")
@@ -361,13 +374,23 @@ def test_the_time_of_day(two_switches, tmp_path):
         ops.export_events(filepath=str(path), start="noon")
 
 
+def start_drawn(scene):
+    """Return what the file browser says about the start for the format casas."""
+    layout = Layout()
+    options = importlib.import_module("bl_ext.user_default.angen_sensors.operators.export_options")
+    options.draw_start(layout, scene, "casas")
+    return layout.text
+
+
 def test_the_scenes_start_is_that_of_all_exports(two_switches, tmp_path):
     ops.simulate()
     scene, path, page = bpy.context.scene, tmp_path / "events.csv", tmp_path / "report.html"
     with pytest.raises(RuntimeError, match=r"Start Time is empty, and casas writes dates: set it"):
         ops.export_format(filepath=str(tmp_path / "home"), format="casas")
     assert not list(tmp_path.glob("home*"))
+    assert "casas writes dates" in start_drawn(scene)
     scene.angen_start = "2026-03-01T08:00"
+    assert "writes dates" not in start_drawn(scene)
     ops.export_events(filepath=str(path))
     assert read(path)[1][-1] == "2026-03-01T08:00:00.000"
     ops.export_samples(directory=str(tmp_path), folder="one")
@@ -382,6 +405,7 @@ def test_the_scenes_start_is_that_of_all_exports(two_switches, tmp_path):
     scene.angen_start = "noon"
     with pytest.raises(RuntimeError, match=r"Start Time: 'noon' is not a date and time"):
         ops.export_events(filepath=str(path))
+    assert "'noon' is not a date and time" in drawn("ANGEN_PT_simulation").text
 
 
 def test_events_for_other_tools(two_switches, tmp_path):

@@ -81,7 +81,7 @@ def test_a_day_reads_what_every_frame_of_it_does(
 def test_each_event_has_the_cause_that_explain_names(
     world: Any, ways: int, short_days: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The hits of the run itself agree with the explanation made later at that frame."""
+    """The cause in the log is the object that Explain names for that frame, of each kind."""
     day_home.build(world)
     monkeypatch.setattr(run, "MOST_MOVEMENT", 1e9)
     day = run_day(world, day_home.acted(3, ways, short_days))

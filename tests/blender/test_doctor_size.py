@@ -144,6 +144,20 @@ def by_nodes(*nodes):
     return build
 
 
+def flat_curve(world):
+    """Blender makes a mesh without faces of it."""
+    made = curve(world)
+    made.data.dimensions, made.data.fill_mode = "2D", "BOTH"
+
+
+def surface_line(world):
+    data = bpy.data.curves.new("line", "SURFACE")
+    data.splines.new("NURBS").points.add(4)
+    for number, point in enumerate(data.splines[0].points):
+        point.co = (number, number % 2, 0, 1)
+    world.link("Wall", data)
+
+
 def hair(world):
     data = bpy.data.hair_curves.new("hair")
     data.add_curves([2, 2])
@@ -168,6 +182,8 @@ BARE = {
     "points by nodes": (by_nodes("GeometryNodeMeshToPoints"), "Point clouds", "Make a mesh"),
     "edges": (edges, "Meshes without faces", "Fill the edges"),
     "curve": (curve, "Curves without a surface", "Bevel"),
+    "flat curve": (flat_curve, "Curves without a surface", "Bevel"),
+    "line of a surface": (surface_line, "Curves without a surface", "Bevel"),
     "curve by nodes": (by_nodes("GeometryNodeMeshToCurve"), "Curves without", "Bevel"),
     "hair": (hair, "Hair", "Put a mesh where"),
     "particles": (hedge, "Hair", "Put a mesh where"),
@@ -247,12 +263,22 @@ def by_mesh_and_back(obj, offset):
     by_matrix(obj, [-o for o in offset])
 
 
-@pytest.mark.parametrize("move", [by_matrix, by_mesh, by_mesh_and_back])
+def by_a_parent(obj, offset):
+    """As of a georeferenced file: a parent is far away, and its inverse takes that back."""
+    far = bpy.data.objects.get("Map") or bpy.data.objects.new("Map", None)
+    far.location = offset
+    if not far.users_collection:
+        bpy.context.scene.collection.objects.link(far)
+    bpy.context.view_layer.update()
+    obj.parent, obj.matrix_parent_inverse = far, far.matrix_world.inverted()
+
+
+@pytest.mark.parametrize("move", [by_matrix, by_mesh, by_mesh_and_back, by_a_parent])
 @pytest.mark.parametrize("unit", [1.0, 0.001], ids=["metres", "millimetres"])
 def test_coordinates_of_a_map_are_told(world, told, move, unit):
     world.scene.unit_settings.scale_length = unit
     furnish(world, 1.0 / unit)
-    for obj in bpy.context.scene.objects:
+    for obj in list(bpy.context.scene.objects):
         move(obj, (450_000.0 / unit, 5_428_000.0 / unit, 0.0))
     (found,) = told("coarse")
     assert found.text.startswith("Objects that are so far from the origin")
@@ -264,6 +290,23 @@ def test_coordinates_of_a_map_are_told(world, told, move, unit):
 def test_steps_of_more_than_a_millimetre_are_told(world, told, far, is_told):
     world.box((1, 1, 1), (0, far, 0))
     assert bool(told("coarse")) == is_told
+
+
+def test_an_instance_that_takes_an_offset_back_is_told(world, told):
+    offset = (450_000.0, 5_428_000.0, 0.0)
+    kept = world.aside("home", world.box((1, 1, 1), offset, "Shed"))
+    kept.instance_offset = offset
+    world.instance("Home", kept)
+    (found,) = told("coarse")
+    assert found.objects == ("Shed in Home",)
+
+
+def test_without_a_unit_system_the_advice_is_to_choose_one(world, told):
+    world.scene.unit_settings.system = "NONE"
+    world.scene.unit_settings.scale_length = 0.3048
+    furnish(world, 1 / 0.3048)
+    (found,) = told("scale")
+    assert "set Unit System to Metric and Unit Scale to 0.3048 " in found.mend
 
 
 def test_an_instance_far_away_is_told_and_wide_terrain_is_not(world, told):

@@ -10,6 +10,8 @@ import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.explain.explain import explain
 from bl_ext.user_default.angen_sensors.angen_addon.scene.light import probe
 from bl_ext.user_default.angen_sensors.angen_addon.scene.light.cycles import Light as light
+from bl_ext.user_default.angen_sensors.sensor_logic.logs.error import AngenError
+from bl_ext.user_default.angen_sensors.sensor_logic.recording.file import from_bytes, to_bytes
 from light_stage import lamp, material, plate, sky
 from mathutils import Vector
 
@@ -216,6 +218,22 @@ def test_what_is_explained_is_the_run_whatever_the_scene_is_now(world, explained
     for sensor in sensors:
         sensor.angen_sensor.pir.rays = 7
     assert [explained(sensor, 4, recording)[1] for sensor in sensors] == told
+
+
+def test_a_recording_from_a_file_explains_the_same_and_one_without_evidence_is_refused(
+    world, explained
+):
+    box = world.box((1, 1, 1), at=(0, 0, -2.0), name="Box")
+    world.key(box, "location", {1: (9, 0, -2.0), 5: (0, 0, -2.0)}, "CONSTANT")
+    obj = world.pir(rays=1)
+    recording = world.run(1, 8)
+    told = [explained(obj, i, recording)[1] for i in range(8)]
+    again = from_bytes(to_bytes(recording, {}))[0]
+    again.tracks["pir"].uid = recording.tracks["pir"].uid
+    assert [explained(obj, i, again)[1] for i in range(8)] == told
+    again.tracks["pir"].evidence.updates = 0
+    with pytest.raises(AngenError, match=r"does not tell why 'pir' read this: simulate again"):
+        explained(obj, 4, again)
 
 
 # Switches

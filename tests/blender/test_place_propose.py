@@ -122,6 +122,7 @@ def test_accepting_makes_sensors_of_the_proposal(flat: Any) -> None:
     assert ops.place_propose() == {"FINISHED"}
     ghosts = [o for o in flat.scene.objects if o.get("angen_coverage") == "PROPOSAL"]
     assert len(ghosts) == 2 and all(g.type == "EMPTY" for g in ghosts)
+    assert all(g.select_get() and g.show_in_front for g in ghosts), "they stand out"
     assert len(flat.sensors()) == 1, "not before they are accepted"
     places = sorted(tuple(round(v, 4) for v in g.matrix_world.translation) for g in ghosts)
     assert ops.place_propose() == {"FINISHED"}, "again: replaced, not doubled"

@@ -22,7 +22,7 @@ from bl_ext.user_default.angen_sensors.angen_addon.runtime.time_base import cloc
 from bl_ext.user_default.angen_sensors.angen_addon.scene.evaluated_home import EvaluatedHome
 from bl_ext.user_default.angen_sensors.angen_addon.scene.sensors import read_parameters
 from bl_ext.user_default.angen_sensors.angen_addon.view.readings import ACTIVE, IDLE, reading_text
-from bl_ext.user_default.angen_sensors.sensor_logic.error import AngenError
+from bl_ext.user_default.angen_sensors.sensor_logic.logs.error import AngenError
 from bl_ext.user_default.angen_sensors.sensor_logic.model import Pose
 from mathutils import Vector
 from panel_layout import drawn, panel_of

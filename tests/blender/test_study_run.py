@@ -170,6 +170,7 @@ def test_the_results_are_the_same_for_any_number_of_workers_order_and_engine(
     assert everything(folder) == alone
 
 
+@pytest.mark.slow
 def test_a_log_that_is_kept_is_that_of_the_command_line(folder, command) -> None:
     """The same command again runs nothing."""
     (folder / "study.toml").write_text(
@@ -219,6 +220,7 @@ def test_runs_that_fail_are_rows_and_what_is_there_is_not_run_again(folder) -> N
     assert len(results(folder)) == 12
 
 
+@pytest.mark.slow
 def test_a_measure_that_fails_leaves_the_other_measures_of_its_row(folder) -> None:
     (folder / "study.toml").write_text(
         'home = "home.blend"\nmeasure = ["light_error", "score.py:broken", "events", '
@@ -371,7 +373,7 @@ def test_a_worker_of_another_python_is_one_clear_line(addon_part) -> None:
                 "workers": {"tcp://one:1": {"host": {"python": "3.2.1.final.0"}}},
             }
 
-    with pytest.raises(addon_part("sensor_logic.error").InputError) as told:
+    with pytest.raises(addon_part("sensor_logic.logs.error").InputError) as told:
         addon_part("studies.engine").check_workers(Client())
     assert str(told.value).startswith(
         "the worker tcp://one:1 has Python 3.2.1, and this program has Python"

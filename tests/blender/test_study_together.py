@@ -115,6 +115,7 @@ def test_together_each_run_gives_what_it_gives_alone(
     assert set(bpy.data.objects.keys()) == objects
 
 
+@pytest.mark.slow
 def test_a_day_in_a_study_is_that_of_angen_day(
     lived_home: Path,
     lived: Callable[..., Path],

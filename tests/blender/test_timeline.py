@@ -7,12 +7,12 @@ from types import SimpleNamespace
 import bpy
 import numpy as np
 import pytest
-from bl_ext.user_default.angen_sensors.angen_addon.runtime.state import CACHE
+from bl_ext.user_default.angen_sensors.angen_addon.recording.results import RESULTS
 from bl_ext.user_default.angen_sensors.angen_addon.view.timeline import draw, layout
 from bl_ext.user_default.angen_sensors.angen_addon.view.timeline.layout import TimelineRegion
 from bl_ext.user_default.angen_sensors.operators import markers as module
-from bl_ext.user_default.angen_sensors.sensor_logic import log, model
-from bl_ext.user_default.angen_sensors.sensor_logic import log as events
+from bl_ext.user_default.angen_sensors.sensor_logic import model
+from bl_ext.user_default.angen_sensors.sensor_logic.recording import events
 from bl_ext.user_default.angen_sensors.sensor_logic.recording import tracks as recording
 
 ADDON = "bl_ext.user_default.angen_sensors"
@@ -54,14 +54,14 @@ def test_events_are_those_of_the_event_log(made, seed):
         }
     track = made(kind, frames, [numbers.random() > 0.5 for _ in frames], **columns)
     track.steps = {"force_n": numbers.choice([0.0, 1.0])}
-    told = {event.frame for event in log.track_events(track)}
+    told = {event.frame for event in events.track_events(track)}
     found = events.log_indices(track)
     assert [track.frames[i] for i in found.tolist()] == sorted(told)
     states = {"moved", "pressed", "partners", "valid"}
-    changes = {e.frame for e in log.track_events(track) if e.field in states} - {1.0}
+    changes = {e.frame for e in events.track_events(track) if e.field in states} - {1.0}
     switches = np.unique(events.event_rows(track, values=False))
     assert [track.frames[i] for i in switches.tolist()] == sorted(changes)
-    rows = [event.frame for event in log.track_events(track) if event.frame > 1.0]
+    rows = [event.frame for event in events.track_events(track) if event.frame > 1.0]
     assert [track.frames[i] for i in events.event_rows(track).tolist()] == sorted(rows)
 
 
@@ -321,10 +321,10 @@ def test_the_header_tells_why_there_are_no_rows(home, monkeypatch):
         context = SimpleNamespace(scene=home.scene, view_layer=layer, area=area, space_data=space)
         return draw.why_no_rows(context)
 
-    assert told(200) == "" and told(24) == "Too low for rows of sensors"
+    assert told(200) == "" and told(24) == "Too low for rows"
     # Rows by setting, without one that the setting selects.
     select()
-    for rows, text in (("SELECTED", "Select sensors for rows"), ("ROOM", "Make a sensor active")):
+    for rows, text in (("SELECTED", "Select sensors"), ("ROOM", "Select a sensor")):
         home.scene.angen_timeline.rows = rows
         assert told(200) == text
     select("pir")
@@ -337,16 +337,16 @@ def test_the_header_tells_why_there_are_no_rows(home, monkeypatch):
     world.update()
     assert bpy.ops.angen.simulate() == {"FINISHED"}
     most = next(height for height in range(24, 200) if not told(height))
-    assert all(told(height) == "Too low for rows of sensors" for height in range(24, most))
-    history = layout.history_of(CACHE.recording(home.scene), home.sensors())
+    assert all(told(height) == "Too low for rows" for height in range(24, most))
+    history = layout.history_of(RESULTS.recording(home.scene), home.sensors())
     for height in range(most, 200):
         region = TimelineRegion(400, limits[0], height - limits[1], 1.0, 0.0, 1.0)
         assert layout.place(history.rows, region)
     world.sensor("PIR", "another")
     world.update()
-    assert told(200) == told(24) == "Stale: simulate again"
+    assert told(200) == told(24) == "Stale: simulate"
     assert bpy.ops.angen.clear_recording() == {"FINISHED"}
-    assert told(200) == told(24) == "Not recorded: simulate"
+    assert told(200) == told(24) == "Not recorded"
     home.scene.angen_timeline.show = False
     assert told(24) == ""
     home.scene.angen_timeline.show = True
@@ -404,7 +404,7 @@ def test_they_are_known_again_in_a_saved_file_and_leave_the_recording(home, tmp_
     select("switch")
     bpy.ops.angen.markers_add()
     home.update()
-    assert CACHE.recording(home.scene) is not None
+    assert RESULTS.recording(home.scene) is not None
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "a.blend"))
     bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "a.blend"))
     assert len(markers(home)) == 3

@@ -10,7 +10,7 @@ from tutorials import ROOT, run_page
 import command_tables
 
 
-@pytest.mark.parametrize("name", ["first_sensor", "ci"])
+@pytest.mark.parametrize("name", ["first_sensor", pytest.param("ci", marks=pytest.mark.slow)])
 def test_a_tutorial_runs_as_it_stands(name: str, tmp_path: Path) -> None:
     run_page(ROOT / "docs" / "tutorials" / f"{name}.md", tmp_path, sys.executable, sys.executable)
 

@@ -14,13 +14,13 @@ from pathlib import Path
 from zoneinfo import ZoneInfo
 
 import pytest
-from angen_sensors.sensor_logic.error import InputError
-from angen_sensors.sensor_logic.formats import FORMATS, mcap
-from angen_sensors.sensor_logic.formats.log import LoggedActivity, SensorFacts
-from angen_sensors.sensor_logic.formats.reading import read_log
-from angen_sensors.sensor_logic.formats.source import make_log, mended_word
-from angen_sensors.sensor_logic.formats.units import Units
-from angen_sensors.sensor_logic.log import HEADER, Event
+from angen_sensors.sensor_logic.logs.error import InputError
+from angen_sensors.sensor_logic.logs.formats import FORMATS, mcap
+from angen_sensors.sensor_logic.logs.formats.log import LoggedActivity, SensorFacts
+from angen_sensors.sensor_logic.logs.formats.reading import read_log
+from angen_sensors.sensor_logic.logs.formats.source import make_log, mended_word
+from angen_sensors.sensor_logic.logs.formats.units import Units
+from angen_sensors.sensor_logic.logs.log import HEADER, Event
 from log_of_a_year import AWKWARD, ROWS, SENSORS, START, write, year
 
 from angen_addon.process.standalone import load_extension
@@ -488,6 +488,25 @@ def test_a_column_of_units_is_read(run) -> None:
         assert (status, told, values(out)) == (0, [], ["1.35", "1.832"])
     status, told, out = run(text, "events", "--unit", "sensor.ld2410_detection_distance=m")
     assert (status, told, values(out)) == (0, [], ["135", "1.832"])
+
+
+def test_a_row_without_a_reading_needs_no_unit(run) -> None:
+    head, row = RADARS.splitlines()[:2]
+    gone = ",".join([row.split(",")[0], "unavailable", row.split(",")[2]])
+    text = "\n".join([f"{head},unit_of_measurement", f"{gone},", f"{row},cm"]) + "\n"
+    status, told, out = run(text, "events")
+    assert (status, len(told), values(out)) == (0, 1, ["1.35"]) and "unavailable" in told[0]
+
+
+@pytest.mark.parametrize(
+    ("units", "words"), [(("cm", "m"), "'cm' and 'm'"), (("", "m"), "none and")]
+)
+def test_a_unit_that_changes_is_one_line(run, units, words) -> None:
+    head, row = RADARS.splitlines()[:2]
+    text = "\n".join([f"{head},unit_of_measurement", *(f"{row},{unit}" for unit in units)]) + "\n"
+    status, told, _ = run(text, "events")
+    assert (status, len(told)) == (2, 1)
+    assert f"line 3: sensor.ld2410_detection_distance has had two units, {words}" in told[0]
 
 
 def test_replay_takes_units(tmp_path) -> None:

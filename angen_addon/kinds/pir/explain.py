@@ -15,12 +15,12 @@ from ....sensor_logic.evidence import rows_of
 from ....sensor_logic.kinds.pir.pyroelectric import threshold_of
 from ....sensor_logic.kinds.pir.range_scan import PirParameters
 from ....sensor_logic.kinds.pir.scan_evidence import SAME
+from ....sensor_logic.logs.wording import Lengths, capital, percent, quoted
 from ....sensor_logic.parameters import label_of, specs
 from ....sensor_logic.physics import waiting
-from ....sensor_logic.wording import Lengths, capital, percent, quoted
 from ...explain.facts import Explanation, Facts
+from ...explain.nearby import surroundings
 from ...explain.recorded import RecordedSensor
-from ...explain.replay import Replay
 
 # Range scan: an update is explained by the ray whose range changed most.
 
@@ -333,23 +333,26 @@ def explain_motion(recorded: RecordedSensor, index: int) -> Explanation:
     return (explain_pyroelectric if pyroelectric else explain_range_scan)(recorded, index)
 
 
-def lacking(replay: Replay, index: int, found: Explanation) -> Explanation:
+def lacking(recorded: RecordedSensor, index: int, found: Explanation) -> Explanation:
     """Add facts to an explanation: what must change until the detector reports motion.
 
     `found` is the explanation of update `index`. Return it with the new facts before its other
     facts.
     """
-    headline, facts = found.headline, _missing_to_fire(replay, index, found) if found.cause else []
-    held = _why_waiting(replay, index)
+    headline, facts = (
+        found.headline,
+        _missing_to_fire(recorded, index, found) if found.cause else [],
+    )
+    held = _why_waiting(recorded, index)
     if held:
         headline = f"{capital(held)}. {headline}"
         facts.insert(0, ("Output", held))
     return replace(found, headline=headline, facts=(*facts, *found.facts))
 
 
-def _why_waiting(replay: Replay, index: int) -> str:
+def _why_waiting(recorded: RecordedSensor, index: int) -> str:
     """Return why the detector cannot report movement yet, such as its warm-up; empty if it can."""
-    track, pir = replay.track, replay.sensor.parameters
+    track, pir = recorded.track, recorded.sensor.parameters
     now = track.times[index]
     on = np.flatnonzero(np.asarray(track.active)[:index])
     fell = track.times[int(on[-1]) + 1] if len(on) else -math.inf
@@ -359,32 +362,32 @@ def _why_waiting(replay: Replay, index: int) -> str:
     return waiting(pir.warm_up_time, blocking, now, fell)
 
 
-def _missing_to_fire(replay: Replay, index: int, found: Explanation) -> Facts:
-    if replay.sensor.parameters.model == "PYROELECTRIC":
+def _missing_to_fire(recorded: RecordedSensor, index: int, found: Explanation) -> Facts:
+    if recorded.sensor.parameters.model == "PYROELECTRIC":
         share = abs(found.cause.signal)
         if share > 1.0:
             return []
         text = f"the signal must exceed the threshold: it is {percent(share)} of it"
         facts = [("To fire", text)]
     else:
-        cause, lengths = found.cause, replay.lengths
+        cause, lengths = found.cause, recorded.lengths
         if cause.triggered:
             return []
         share = percent(cause.change / cause.threshold if cause.threshold else math.inf)
         much = f"the largest change is {share} of that"
-        if _is_noise_alone(cause, replay.sensor.parameters):
+        if _is_noise_alone(cause, recorded.sensor.parameters):
             much = "only noise changes the ranges"
         limit = lengths.typed(cause.threshold)
         facts = [("To fire", f"a range must change by more than {limit}: {much}")]
-    return [*facts, ("Nearest movement", _nearest_movement(replay, index, found))]
+    return [*facts, ("Nearest movement", _nearest_movement(recorded, index, found))]
 
 
-def _nearest_movement(replay: Replay, index: int, found: Explanation) -> str:
+def _nearest_movement(recorded: RecordedSensor, index: int, found: Explanation) -> str:
     """Return a text on the nearest object that moved, and on why it was not reported."""
     if index == 0:
         return "unknown at the first update"
-    before, now = replay.solid_bounds(index - 1), replay.solid_bounds(index)
-    pose = replay.pose
+    earlier, at_update = surroundings(recorded, [index - 1, index])
+    before, now, pose = earlier.bounds, at_update.bounds, at_update.pose
     moving = {
         name: now[name]
         for name in now.keys() & before.keys()
@@ -395,13 +398,13 @@ def _nearest_movement(replay: Replay, index: int, found: Explanation) -> str:
     places = {n: np.clip(pose.origin, b[0], b[1]) for n, b in moving.items()}
     away = {n: float(np.linalg.norm(place - pose.origin)) for n, place in places.items()}
     name = min(sorted(away), key=lambda n: away[n])
-    text = f"{quoted(name)}, {replay.lengths.text(away[name])} away"
-    pir = replay.sensor.parameters
+    text = f"{quoted(name)}, {recorded.lengths.text(away[name])} away"
+    pir = recorded.sensor.parameters
     if name in _noticed_names(found):
         return f"{text}: seen, but the readings change too little or too slowly"
     if away[name] > pir.range_max:
-        label = label_of(specs(replay.sensor.kind.parameters)["range_max"], pir).lower()
-        return f"{text}: beyond the {label} of {replay.lengths.typed(pir.range_max)}"
+        label = label_of(specs(recorded.sensor.kind.parameters)["range_max"], pir).lower()
+        return f"{text}: beyond the {label} of {recorded.lengths.typed(pir.range_max)}"
     if pir.model == "RANGE_SCAN":
         middle = (moving[name].mean(axis=0) - pose.origin) @ pose.axes
         beside = abs(math.atan2(-middle[0], -middle[2]))

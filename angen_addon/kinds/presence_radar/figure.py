@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 from bpy.types import Context
 
-from ....sensor_logic.error import AngenError
 from ....sensor_logic.kinds.presence_radar.parameters import RadarParameters
 from ....sensor_logic.kinds.presence_radar.radar import (
     calibration,
@@ -20,8 +19,9 @@ from ....sensor_logic.kinds.presence_radar.radar import (
     gate_energies,
     radar_beams,
 )
+from ....sensor_logic.logs.error import AngenError
+from ....sensor_logic.logs.wording import Lengths, typed
 from ....sensor_logic.model import Array, Index, Pose
-from ....sensor_logic.wording import Lengths, typed
 from ...authoring.housing import Housing, looking
 from ...runtime.trace import RaysMet, SensorRays, Trace
 from ...scene.lengths import lengths_of

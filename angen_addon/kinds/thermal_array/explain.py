@@ -8,7 +8,7 @@ from typing import Any
 
 from ....sensor_logic.evidence import rows_of
 from ....sensor_logic.kinds.thermal_array.parameters import ThermalArrayParameters
-from ....sensor_logic.wording import measured, named, percent, quoted, typed
+from ....sensor_logic.logs.wording import measured, named, percent, quoted, typed
 from ...explain.facts import Explanation, Facts
 from ...explain.recorded import RecordedSensor
 

@@ -14,9 +14,9 @@ from bpy.types import Context
 
 from ....sensor_logic.geometry.pixels import pixel_corners
 from ....sensor_logic.kinds.thermal_array.array import SIGHT, array_rays
+from ....sensor_logic.logs.wording import measured
 from ....sensor_logic.model import Array
 from ....sensor_logic.palette import colours, limits
-from ....sensor_logic.wording import measured
 from ...advice.warmth import nothing_warm
 from ...authoring.housing import Housing, looking
 from ...runtime.trace import RaysMet, SensorRays, Trace

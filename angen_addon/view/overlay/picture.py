@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ....sensor_logic.error import AngenError
+from ....sensor_logic.logs.error import AngenError
 from ....sensor_logic.model import Array, Pose
 from ...kinds import appearance_of
 from ...runtime.live import live_of

@@ -9,7 +9,8 @@ from typing import Any
 import bpy
 from bpy.types import SpaceDopeSheetEditor
 
-from ...runtime import state
+from ...recording.results import RESULTS
+from ...runtime.edits import EDITS
 from ...scene.instances import Uid, stands_for
 from ...scene.sensors import Sensor
 from .layout import (
@@ -30,12 +31,10 @@ MODE = "TIMELINE"
 # Heights in pixels at an interface scale of 1: scrubbing area, scroll bar, row of markers.
 SCRUB, SCROLL_BAR, MARKERS = 24.0, 16.0, 22.0
 MOST_PAINTERS = 24
-# Why there are no rows, by the setting `rows`. Longer texts do not fit the header at 1280 pixels.
-NO_ROWS = {
-    "ALL": "No sensors",
-    "ROOM": "Make a sensor active",
-    "SELECTED": "Select sensors for rows",
-}
+# Why there are no rows. Longer texts do not fit the header of Blender 5.2 at 1280 pixels.
+TOO_LOW, STALE, NOT_RECORDED = "Too low for rows", "Stale: simulate", "Not recorded"
+# Likewise by the setting `rows`.
+NO_ROWS = {"ALL": "No sensors", "ROOM": "Select a sensor", "SELECTED": "Select sensors"}
 
 
 class Painter:
@@ -123,11 +122,11 @@ def _rows_here(context: Any) -> tuple[History, frozenset[Uid], Any] | None:
     scene, space = context.scene, context.space_data
     if scene is None or not scene.angen_timeline.show or space.mode != MODE:
         return None
-    recording = state.CACHE.recording(scene)
+    recording = RESULTS.recording(scene)
     if recording is None:
         return None
     settings = scene.angen_timeline
-    sensors = state.CACHE.sensors(context.view_layer)
+    sensors = EDITS.sensors(context.view_layer)
     history = HISTORIES.get(recording, sensors)
     if settings.rows != "ALL":
         uids = frozenset(s.uid for s in sensors_with_rows(settings, sensors, context))
@@ -139,13 +138,13 @@ def _rows_here(context: Any) -> tuple[History, frozenset[Uid], Any] | None:
 
 def why_no_rows(context: Any) -> str:
     """Return why the timeline shows no rows although it should, in a few words; else ""."""
-    scene, kept = context.scene, state.CACHE.kept(context.scene)
+    scene, kept = context.scene, RESULTS.kept(context.scene)
     if not scene.angen_timeline.show:
         return ""
     if kept is None:
-        return "Not recorded: simulate" if state.CACHE.sensors(context.view_layer) else ""
+        return NOT_RECORDED if EDITS.sensors(context.view_layer) else ""
     if kept.stale:
-        return "Stale: simulate again"
+        return STALE
     region = next((r for r in context.area.regions if r.type == "WINDOW"), None)
     found = _rows_here(context)
     if region is None or found is None:
@@ -155,7 +154,7 @@ def why_no_rows(context: Any) -> str:
         return NO_ROWS[settings.rows]
     bottom, top, scale = _row_limits(scene, region)
     view = TimelineRegion(region.width, bottom, top, scale, 0.0, 1.0)
-    return "" if place(history.rows, view) else "Too low for rows of sensors"
+    return "" if place(history.rows, view) else TOO_LOW
 
 
 def _painter(what: str) -> Painter:

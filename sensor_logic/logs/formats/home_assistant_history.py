@@ -22,7 +22,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import NamedTuple
 
-from ..kinds import KINDS
+from ..fields import LOGGED_KINDS
 from ..log import Event, Value
 from ..wording import listed
 from . import home_assistant, source
@@ -91,25 +91,36 @@ def read(path: Path) -> ParsedLog:
         ]
     names = dict.fromkeys(name for _, (name, *_) in rows)
     entities = entities_of(names)
-    published = {f.name: f.unit for kind in KINDS.values() for f in kind.events}
+    published = {f.name: f.unit for kind in LOGGED_KINDS.values() for f in kind.events}
     for line, (name, state, changed, unit) in rows:
         entity = entities.get(name)
         if entity is None:
             continue
         sensor, kind, field, _, is_own = entity
-        if published[field] in UNITS:
-            own = published[field] if is_own else ""
-            found.units.setdefault((sensor, field), UnitOf(name, unit or own, bool(unit)))
         value = _value(entity, state)
         if value is None:
+            # Such rows have no unit either.
             left_out.add(line, f"'{name} {state}'")
             continue
+        if published[field] in UNITS:
+            own = published[field] if is_own else ""
+            origin = UnitOf(name, unit or own, bool(unit))
+            before = found.units.setdefault((sensor, field), origin)
+            if before != origin:
+                units = " and ".join(f"'{one}'" if one else "none" for one in (before.unit, unit))
+                raise ValueError(
+                    f"line {line}: {name} has had two units, {units}: write its numbers in one"
+                )
         try:
             time = datetime.fromisoformat(changed)
         except ValueError:
             raise ValueError(f"line {line}: '{changed}' is not a time") from None
         time = time if time.tzinfo else time.replace(tzinfo=UTC)
         found.changes.append(Event(time, sensor, field, 0.0, kind, value, line))
+    # Entities without any reading, whose unit a user may give.
+    for name, (sensor, _, field, *_) in entities.items():
+        if published[field] in UNITS:
+            found.units.setdefault((sensor, field), UnitOf(name))
     # The file lists one entity after the other.
     found.changes.sort(key=lambda change: change.time)
     found.notes += [left_out.text] if left_out.count else []
@@ -132,7 +143,9 @@ def entities_of(names: Iterable[str]) -> dict[str, Entity]:
         fields[entity.sensor].add(entity.field)
     # Kinds share names of fields: use the first kind that has all fields of the sensor.
     for sensor, wanted in fields.items():
-        has_all = [k.identifier for k in KINDS.values() if wanted <= {f.name for f in k.events}]
+        has_all = [
+            k.identifier for k in LOGGED_KINDS.values() if wanted <= {f.name for f in k.events}
+        ]
         for name, entity in found.items():
             if has_all and entity.sensor == sensor:
                 found[name] = entity._replace(kind=has_all[0])
@@ -141,7 +154,7 @@ def entities_of(names: Iterable[str]) -> dict[str, Entity]:
 
 def _entity(name: str) -> Entity | None:
     domain, _, thing = name.partition(".")
-    published = [(kind, field) for kind in KINDS.values() for field in kind.events]
+    published = [(kind, field) for kind in LOGGED_KINDS.values() for field in kind.events]
     for kind, field in published:
         if thing.endswith(f"_{field.name}") and _fits(domain, field.type):
             sensor = thing.removesuffix(f"_{field.name}")

@@ -11,14 +11,18 @@ from pathlib import Path
 
 from ..error import InputError, explained
 from ..log import HEADER, Event
-from . import FORMATS, Format
+from . import FORMATS, Format, activities, intervals
 from .log import DEFAULT_START, Log, LoggedActivity, SensorFacts, count_left_out, since
 from .source import ParsedLog, events_of, make_log, read_log_events, sort_rows
 from .units import Units
 
 HEAD = 4096
-# The format casas covers casas-csv too.
-READ = {name: format for name, format in FORMATS.items() if format.begins}
+# The format casas covers casas-csv too; it also begins as intervals do, which are never written.
+READ = {
+    "intervals": Format("intervals", ".txt", "A row for each time on", None, intervals.read,
+                        intervals.BEGINS),
+    **{name: format for name, format in FORMATS.items() if format.begins},
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -102,6 +106,11 @@ def read_log(
     OSError
         If the file cannot be opened.
     """
+    if activities.is_activities(path):
+        raise InputError(
+            f"{path} has activities and no sensors: give the log of the sensors, and these with "
+            "--activities"
+        )
     found = _format_of(path)
     if found is None and not path.is_dir() and not path.stat().st_size:
         raise InputError(f"{path} is empty: no sensor changed, or it was not written")

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from pathlib import Path
@@ -15,10 +15,9 @@ import numpy as np
 import numpy.typing as npt
 
 from .error import InputError
+from .formats import activities
 from .formats.log import DEFAULT_START, Log
 from .formats.reading import read_log
-from .palette import BLUE, ORANGE
-from .report.svg import coordinate, safe, shown_number
 from .wording import shown_duration
 
 # The intervals in which each sensor of a log, in any format, was on.
@@ -57,9 +56,12 @@ class HomeIntervals:
         The begin and the end of the log in s since its t = 0. A folder of days ends at midnight,
         any other log with its last change.
     sensors
-        The intervals of each sensor by name.
+        The intervals of each sensor by name. In a log of activities, each activity is a sensor and
+        its own quantity, and t = 0 is a midnight.
     notes
         A sentence for each repair or omission while the log was read.
+    has_activities
+        Whether it is a log of activities.
     """
 
     name: str
@@ -67,6 +69,7 @@ class HomeIntervals:
     end: float
     sensors: dict[str, SensorIntervals]
     notes: tuple[str, ...] = ()
+    has_activities: bool = False
 
     @property
     def length(self) -> float:
@@ -90,6 +93,41 @@ def read(path: Path) -> HomeIntervals:
             "compare: give a longer log"
         )
     return replace(home, end=end, notes=source.notes)
+
+
+def read_both(
+    one: Path, two: Path, labels: Mapping[str, str] | None = None
+) -> tuple[HomeIntervals, HomeIntervals]:
+    """Return the intervals of two logs: those of activities if one has only these, else of sensors.
+
+    `labels` has other names for some activities. Raise InputError or OSError as `read` does.
+    """
+    if any(activities.is_activities(path) for path in (one, two)):
+        return _read_activities(one, labels or {}), _read_activities(two, labels or {})
+    return read(one), read(two)
+
+
+def _read_activities(path: Path, labels: Mapping[str, str]) -> HomeIntervals:
+    """Return the intervals of a log of activities, on whole days by the calendar."""
+    found, notes = activities.read(path)
+    midnight = found[0].start.replace(hour=0, minute=0, second=0, microsecond=0)
+    done: dict[str, SensorIntervals] = {}
+    last = 0.0
+    for row in found:
+        begin, end = ((at - midnight).total_seconds() for at in (row.start, row.end))
+        name = labels.get(row.activity, row.activity)
+        one = done.setdefault(name, SensorIntervals(name))
+        one.starts.append(begin)
+        one.intervals.append((begin, end))
+        last = max(last, end)
+    # A day of which up to three hours are missing counts as whole.
+    first = math.ceil((found[0].start - midnight).total_seconds() / DAY_S - 1 / 8)
+    days = max(math.floor(last / DAY_S + 1 / 8) - first, 0)
+    if not days:
+        raise InputError(f"{path} has no whole day, so there is nothing to compare")
+    return HomeIntervals(
+        path.name, first * DAY_S, (first + days) * DAY_S, done, tuple(notes), has_activities=True
+    )
 
 
 Row = tuple[float, str, str, bool]
@@ -199,12 +237,7 @@ def measures(one: HomeIntervals, two: HomeIntervals) -> list[Measure]:
     return [
         Measure(group, name, unit, (of(one, group), of(two, group)))
         for group in groups
-        for name, unit, of in (
-            ("on for", "s", on_times),
-            ("from on to on", "s", gaps),
-            ("on a sensor and day", "times", counts),
-            ("any on", "% of a day", shares),
-        )
+        for name, unit, of in (ACTIVITY_FIGURES if one.has_activities else SENSOR_FIGURES)
     ]
 
 
@@ -265,6 +298,27 @@ def _days(home: HomeIntervals) -> tuple[Values, float]:
         return np.array([home.begin + DAY_S * day for day in range(whole + 1)]), 1.0
     return np.array([home.begin, home.end]), DAY_S / home.length
 
+
+def hours(home: HomeIntervals, group: str) -> Values:
+    """Return the times of day, in h, at which an activity begins: from 4 to 28, as nights do."""
+    starts = np.array([start for one in _sensors_in(home, group) for start in one.starts])
+    return (starts / 3600 - 4.0) % 24.0 + 4.0
+
+
+# The name, unit and function of each figure of a sensor, and of an activity.
+Figure = tuple[str, str, Callable[[HomeIntervals, str], Values]]
+SENSOR_FIGURES: tuple[Figure, ...] = (
+    ("on for", "s", on_times),
+    ("from on to on", "s", gaps),
+    ("on a sensor and day", "times", counts),
+    ("any on", "% of a day", shares),
+)
+ACTIVITY_FIGURES: tuple[Figure, ...] = (
+    ("begins at", "h", hours),
+    ("lasts", "s", on_times),
+    ("times a day", "times", counts),
+    ("under way", "% of a day", shares),
+)
 
 # The comparison as text, and as data for programs.
 
@@ -339,82 +393,3 @@ def data(one: HomeIntervals, two: HomeIntervals, found: list[Measure]) -> dict[s
 
 def _plain(value: float) -> float | None:
     return None if math.isnan(value) else value
-
-
-# The empirical distributions of both homes as SVG, with a panel for each measure.
-
-PANEL_WIDTH, PANEL_HEIGHT, GAP, COLUMNS = 300.0, 190.0, 40.0, 4
-COLOURS = (BLUE, ORANGE)
-POINTS = 200
-
-
-def svg(one: HomeIntervals, two: HomeIntervals, found: list[Measure]) -> str:
-    """Return an SVG picture that compares the logs `one` and `two`.
-
-    Each statistic in `found` has a panel with a curve for each log. At each x, the curve shows the
-    fraction of values that are at most x. The x axis is logarithmic.
-    """
-    shown = [m for m in found if any(len(values) for values in m.values)]
-    rows = -(-len(shown) // COLUMNS)
-    width = COLUMNS * (PANEL_WIDTH + GAP) + GAP
-    height = rows * (PANEL_HEIGHT + 2 * GAP) + 3 * GAP
-    parts = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width:g} {height:g}" '
-        'font-family="sans-serif" font-size="11">',
-        f'<rect width="{width:g}" height="{height:g}" fill="#fff"/>',
-    ]
-    x = GAP
-    for home, colour in zip((one, two), COLOURS, strict=True):
-        parts.append(
-            f'<text x="{x:g}" y="20" fill="{colour}" font-size="13">{safe(home.name)}</text>'
-        )
-        x += 320.0
-    for index, measure in enumerate(shown):
-        left = GAP + index % COLUMNS * (PANEL_WIDTH + GAP)
-        top = 2.5 * GAP + index // COLUMNS * (PANEL_HEIGHT + 2 * GAP)
-        parts.append(f'<g transform="translate({left:g} {top:g})">{_panel(measure)}</g>')
-    return "".join([*parts, "</svg>\n"])
-
-
-def _panel(measure: Measure) -> str:
-    values = np.concatenate(measure.values)
-    positive = values[values > 0.0]
-    low, high = (positive.min(), positive.max()) if len(positive) else (1.0, 10.0)
-    low, high = np.floor(np.log10(low)), np.ceil(np.log10(high) + 1e-9)
-    distance = measure.distance
-    shown = "" if np.isnan(distance) else f", distance {distance:.2f}"
-    title = f"{measure.group}: {measure.name} ({measure.unit}){shown}"
-    parts = [
-        f'<text y="-6" fill="#222">{safe(title)}</text>',
-        f'<rect width="{PANEL_WIDTH:g}" height="{PANEL_HEIGHT:g}" fill="none" stroke="#bbb"/>',
-    ]
-    for power in range(int(low), int(high) + 1):
-        x = _x(10.0**power, low, high)
-        parts.append(
-            f'<line x1="{x}" x2="{x}" y2="{PANEL_HEIGHT:g}" stroke="#eee"/>'
-            f'<text x="{x}" y="{PANEL_HEIGHT + 14:g}" text-anchor="middle" fill="#666">'
-            f"{shown_number(10.0**power)}</text>"
-        )
-    for of, colour in zip(measure.values, COLOURS, strict=True):
-        if len(of):
-            points = _steps(of, low, high)
-            parts.append(f'<polyline points="{points}" fill="none" stroke="{colour}"/>')
-    return "".join(parts)
-
-
-def _x(value: float, low: float, high: float) -> str:
-    power = np.log10(max(value, 10.0**low))
-    return coordinate(float((power - low) / (high - low) * PANEL_WIDTH))
-
-
-def _steps(values: Values, low: float, high: float) -> str:
-    """Return the points of a distribution's staircase curve, with at most POINTS steps."""
-    ordered = np.sort(values)
-    picked = np.unique(np.linspace(0, len(ordered) - 1, min(len(ordered), POINTS)).astype(int))
-    points, y = [], PANEL_HEIGHT
-    for index in picked:
-        x = _x(float(ordered[index]), low, high)
-        points.append(f"{x},{coordinate(y)}")
-        y = PANEL_HEIGHT * (1.0 - (index + 1) / len(ordered))
-        points.append(f"{x},{coordinate(y)}")
-    return " ".join(points)

@@ -42,7 +42,7 @@ class Format:
     tip
         Its description in help texts.
     writer
-        A function that returns the contents of the files for a log.
+        A function that returns the contents of the files for a log; None if it is only read.
     read
         A function that reads a file or folder; None if the format is not read.
     begins
@@ -59,7 +59,7 @@ class Format:
     name: str
     extension: str
     tip: str
-    writer: Callable[[Log], FormatFiles]
+    writer: Callable[[Log], FormatFiles] | None
     read: Callable[[Path], ParsedLog] | None = None
     begins: bytes = b""
     is_folder: bool = False
@@ -73,6 +73,7 @@ class Format:
         """
         first, last = log.span()
         self.check_dates(log.start, first / 1e6, last / 1e6)
+        assert self.writer is not None
         return self.writer(log)
 
     def check_dates(self, start: datetime, first: float, last: float) -> None:

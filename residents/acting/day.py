@@ -19,12 +19,12 @@ from ...sensor_logic.logs.toml_table import suggestion
 from ..body.skeleton import Build
 from ..routine.routine import DAY, Routine, Segment
 from ..routine.timetable import OTHER, Draws, Stream
+from .activity_steps import ActivitySteps, check_can_do, read_activities
 from .floor_map import FloorMap
 from .home_in_use import HomeInUse
 from .performer import Performer
 from .places import Places
 from .timeline import AWAY, STANDING, Acted, ActedActivity, Stay, Wait
-from .words import ActivitySteps, check_can_do, read_activities
 
 # How long the activity at the end of the day is acted past midnight, s.
 AFTER = 60.0

@@ -28,7 +28,7 @@ from ..recording.results import RESULTS
 from ..recording.stored_recording import stored_run
 from ..runtime.simulation import simulate
 from ..runtime.time_base import evaluated_depsgraph, outside_scene
-from ..scene.rooms import fill_room
+from ..scene.home.rooms import fill_room
 from ..scene.sensors import Sensor, all_sensors, check, chosen, simulated, unit_scale
 from .recording import Recording
 

@@ -15,9 +15,9 @@ from mathutils import Matrix, Vector
 
 from ...sensor_logic.kinds import KINDS, NO_KIND
 from ..runtime import handlers
-from ..scene.first_surface import belongs_to, first_surface
+from ..scene.home.first_surface import belongs_to, first_surface
+from ..scene.home.rooms import fill_room
 from ..scene.marks import HOUSING_MARK
-from ..scene.rooms import fill_room
 from ..scene.sensors import unit_scale
 from .housing import Housing, housing_mesh
 from .of_kind import housing_of, place_on

@@ -14,8 +14,8 @@ from ...sensor_logic.logs.files import write_files
 from ...sensor_logic.logs.formats.label_map import read_map
 from ...sensor_logic.logs.formats.outputs import check_apart
 from ...sensor_logic.report import comparison
-from .console import BAD_INPUT, DONE, FAILED, note
-from .parser import Parser, path
+from ..process.console import BAD_INPUT, DONE, FAILED, note
+from ..process.parser import Parser, path
 
 
 def main(arguments: list[str], program: str) -> int:

@@ -21,7 +21,7 @@ from ..runtime.running import running
 from ..runtime.sensor_runner import all_rays
 from ..runtime.time_base import clock_of, evaluated_depsgraph
 from ..runtime.trace import SensorRays
-from ..scene.evaluated_home import EvaluatedHome, SolidSurface
+from ..scene.home.evaluated_home import EvaluatedHome, SolidSurface
 from ..scene.instances import Uid
 from ..scene.sensors import Sensor
 

@@ -13,9 +13,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TypeVar
 
-from ...angen_addon.progress import Doing, Work, finished
 from ...sensor_logic.logs.error import InputError
 from ...sensor_logic.logs.toml_table import suggestion
+from ...sensor_logic.progress import Doing, Work, finished
 from ..body.skeleton import Build
 from ..routine.routine import DAY, Routine, Segment
 from ..routine.timetable import OTHER, Draws, Stream

@@ -11,12 +11,12 @@ from typing import Any, TypeVar
 import bpy
 import numpy as np
 
-from ...angen_addon.progress import Doing, Work, finished, part_of, saying
-from ...angen_addon.scene.evaluated_home import EvaluatedHome
+from ...angen_addon.scene.home.evaluated_home import EvaluatedHome
 from ...angen_addon.scene.sensors import assigned_room, is_placed
 from ...sensor_logic.logs.error import AngenError, InputError
 from ...sensor_logic.logs.wording import named
 from ...sensor_logic.model import Array
+from ...sensor_logic.progress import Doing, Work, finished, part_of, saying
 from ..acting.places import DOOR, LAMP, MOVED, STAND, Door, LampPlace, Place, Places
 from .lamps import lamp_of
 from .marks import NONE, MarkedObject, door_of, marked

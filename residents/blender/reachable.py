@@ -19,12 +19,12 @@ from numpy.typing import NDArray
 from ...angen_addon.doctor import CHECKS
 from ...angen_addon.doctor.building import leaves
 from ...angen_addon.doctor.examined import MOVED_WITHOUT_KEYS, Examined, Found
-from ...angen_addon.progress import Work, finished, part_of
 from ...angen_addon.scene.marks import WAY_MARK
 from ...angen_addon.scene.sensors import unit_scale
 from ...sensor_logic.logs.error import AngenError
 from ...sensor_logic.logs.wording import Lengths, named, plural, quoted, uncapitalized
 from ...sensor_logic.model import Array
+from ...sensor_logic.progress import Work, finished, part_of
 from ..acting.places import LAMP, Place, Places
 from ..acting.unreached_places import Unreached, unreached_in_steps
 from .lamps import lamp_of, unswitchable

@@ -18,7 +18,6 @@ import bpy
 import numpy as np
 
 from ...angen_addon.process.standalone import release_memory
-from ...angen_addon.progress import Work, finished
 from ...angen_addon.runtime.simulation import Exchange, Progress, simulate
 from ...angen_addon.runtime.time_base import evaluated_depsgraph
 from ...angen_addon.scene.animation import all_animated
@@ -29,6 +28,7 @@ from ...sensor_logic.logs.files import read_text
 from ...sensor_logic.logs.log import Event
 from ...sensor_logic.logs.wording import uncapitalized
 from ...sensor_logic.model import Array
+from ...sensor_logic.progress import Work, finished
 from ...sensor_logic.recording.tracks import Recording, Track
 from ..acting import FloorMap, acting
 from ..acting.places import Places

@@ -21,7 +21,7 @@ from pathlib import Path
 
 import bpy
 
-from ...angen_addon.commands.console import DONE, SIGNALS, leave_hard, note
+from ...angen_addon.process.console import DONE, SIGNALS, leave_hard, note
 from .folder import Folder
 
 # s between two checks of the workers, and until a worker that does not end is killed.

@@ -15,7 +15,6 @@ import bpy
 from bpy.props import IntProperty, StringProperty
 from bpy.types import Context, Operator
 
-from ...angen_addon.progress import Work, part_of
 from ...angen_addon.runtime import handlers
 from ...angen_addon.scene.memory import forgets_at_load
 from ...angen_addon.scene.sensors import all_sensors, simulated
@@ -24,6 +23,7 @@ from ...operators.polls import can_read_scene, needs
 from ...sensor_logic.logs.error import InputError, replaced
 from ...sensor_logic.logs.files import read_text
 from ...sensor_logic.logs.wording import named
+from ...sensor_logic.progress import Work, part_of
 from ..acting.places import Places
 from ..acting.timeline import Acted
 from ..blender import shown

@@ -241,7 +241,7 @@ def test_esc_amid_a_check_leaves_what_was_found_before(world, addon_part):
     bpy.ops.angen.places_check()
     before = button.checked
     check = addon_part("residents.operators.places").ANGEN_OT_places_check
-    work, enough = check._begin(None, bpy.context), addon_part("angen_addon.progress").Enough
+    work, enough = check._begin(None, bpy.context), addon_part("sensor_logic.progress").Enough
     shares = [next(work).share for _ in range(8)]
     assert shares == sorted(shares) and 0.0 <= shares[0] < shares[-1] < 1.0
     with pytest.raises(enough):

@@ -267,7 +267,7 @@ def _make_household(task: Task) -> HouseholdDays | None:
         return None
     sensors = all_sensors(bpy.context.view_layer)
     # Errors are stored in the results, which contain no path of a machine.
-    plan = Plan.of(read_text(local_path(task.routine)), task.routine.name)
+    plan = Plan.from_text(read_text(local_path(task.routine)), task.routine.name)
     start = date.fromisoformat(task.start)
     return HouseholdDays(bpy.context.scene, sensors, plan, start, task.seed)
 

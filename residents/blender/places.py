@@ -119,9 +119,9 @@ class HomeMarks:
         """Add the lines of shut doors to the storeys, so that nobody stands on these lines."""
         lines = [(door.storey, door.line(door.closed)) for door in doors if door.use == DOOR]
         self.grounds = [
-            replace(ground, doorways=np.concatenate([np.empty((0, 2)), *of_it]))
+            replace(ground, doorways=np.concatenate([np.empty((0, 2)), *shut]))
             for number, ground in enumerate(self.grounds)
-            for of_it in [[line for storey, line in lines if storey == number]]
+            for shut in [[line for storey, line in lines if storey == number]]
         ]
 
     def _needs_standing_point(self, obj: Any, lamps: dict[str, LampPlace]) -> bool:

@@ -279,7 +279,7 @@ class Plan:
 
         Raise `InputError` if one of them is invalid.
         """
-        plan = cls.of(read_text(path), path.name, str(path))
+        plan = cls.from_text(read_text(path), path.name, str(path))
         if diary_path is None:
             return plan
         diary_text = read_text(diary_path)
@@ -287,7 +287,7 @@ class Plan:
         return replace(plan, text=plan.text + diary_text, diary=tuple(segments), first=first)
 
     @classmethod
-    def of(cls, text: str, name: str, path: str = "") -> Plan:
+    def from_text(cls, text: str, name: str, path: str = "") -> Plan:
         """Return the plan for a routine's text; raise `InputError` if the text is invalid.
 
         Errors name the file by its `path`, or by `name` if there is no path.

@@ -78,11 +78,11 @@ def settings_of(scene: Any) -> tuple[Plan, date, int]:
         # Days are acted with the evening before and the midnight after them.
         start - timedelta(2), start + timedelta(settings.number + 2)
     if settings.text is not None:
-        return Plan.of(settings.text.as_string(), settings.text.name), start, settings.seed
+        return Plan.from_text(settings.text.as_string(), settings.text.name), start, settings.seed
     if not settings.routine:
         raise InputError("no routine: choose a routine file, or a text in this file")
     path = Path(bpy.path.abspath(settings.routine))
-    return Plan.of(read_text(path), path.name), start, settings.seed
+    return Plan.from_text(read_text(path), path.name), start, settings.seed
 
 
 def _compute_day(scene: Any, anew: bool) -> Work[ComputedDay]:

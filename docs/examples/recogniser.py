@@ -41,10 +41,10 @@ from pathlib import Path
 try:
     import numpy as np
     from angen_sensors.residents.routine.timetable import OTHER
-    from angen_sensors.sensor_logic.error import AngenError, InputError
-    from angen_sensors.sensor_logic.formats import activities
-    from angen_sensors.sensor_logic.formats.log import DEFAULT_START
-    from angen_sensors.sensor_logic.formats.reading import read_log
+    from angen_sensors.sensor_logic.logs.error import AngenError, InputError
+    from angen_sensors.sensor_logic.logs.formats import activities
+    from angen_sensors.sensor_logic.logs.formats.log import DEFAULT_START
+    from angen_sensors.sensor_logic.logs.formats.reading import read_log
     from sklearn.dummy import DummyClassifier
     from sklearn.ensemble import RandomForestClassifier
     from sklearn.metrics import accuracy_score, f1_score

@@ -100,11 +100,13 @@ VERBS = {
     "day": "residents.blender.command",
     "doctor": "angen_addon.commands.verbs",
 }
-# The verbs that need no blend file; `main(options, program)` returns the exit status.
+# The verbs that need no blend file; `main(options, program)` returns the exit status. A verb whose
+# folder no extra installs is left out with it, below.
 WITHOUT_BLENDER = {
     "convert": "angen_addon.commands.convert",
     "compare": "angen_addon.commands.compare",
     "replay": "angen_addon.commands.replay",
+    "learn": "residents.blender.learn",
     "study": "studies.command",
 }
 # The folders that the zip lacks, each with the extra of the Python package that installs it.
@@ -116,6 +118,13 @@ HOMES = ("residents.blender.api", "angen_addon.api.home")
 def installed(name: str) -> bool:
     """Return whether the top-level folder of the module `name` is installed."""
     return find_spec(f".{name.partition('.')[0]}", __package__) is not None
+
+
+WITHOUT_BLENDER = {
+    verb: name
+    for verb, name in WITHOUT_BLENDER.items()
+    if name.partition(".")[0] in EXTRAS or installed(name)
+}
 
 
 def installation(house: str) -> str:

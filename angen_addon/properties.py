@@ -19,7 +19,7 @@ from bpy.types import Collection, Material, Object, PropertyGroup, Scene, Text
 
 from ..sensor_logic.kinds import KINDS, NO_KIND, owner_properties
 from ..sensor_logic.parameters import READING, Parameters, Spec, defaults, specs
-from .runtime import state
+from .runtime import handlers
 from .scene.lengths import OVERRIDABLE, SUBTYPES, property_group, with_unit
 from .scene.sensors import known_rooms
 
@@ -32,7 +32,7 @@ POINTERS = {"Object": Object, "Collection": Collection, "Text": Text}
 
 
 def _settings_changed(self: PropertyGroup, context: bpy.types.Context) -> None:
-    state.CACHE.settings_changed(self.id_data)
+    handlers.settings_changed(self.id_data)
 
 
 def _ignored_changed(self: Any, context: bpy.types.Context) -> None:

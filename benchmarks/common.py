@@ -176,7 +176,7 @@ EVALUATION = "evaluation of the scene"
 
 def _timed_functions() -> tuple[tuple[Any, str, str], ...]:
     """Return the functions that `Stopwatch` times: owner, name, and part of the run."""
-    from angen_sensors.angen_addon.runtime import state
+    from angen_sensors.angen_addon.runtime.edits import Edits
     from angen_sensors.angen_addon.runtime.probes import Probes
     from angen_sensors.angen_addon.runtime.sensor_runner import PendingUpdates, SensorRunner
     from angen_sensors.angen_addon.scene.forces.tracker import ContactTracker
@@ -185,7 +185,7 @@ def _timed_functions() -> tuple[tuple[Any, str, str], ...]:
     from angen_sensors.sensor_logic.recording.tracks import Track
 
     return (
-        (type(state.CACHE), "note", "what moved"),
+        (Edits, "note", "what moved"),
         (RayCaster, "update", "what moved"),
         (SceneRayCaster, "update", "what moved"),
         (RayCaster, "cast_at", "rays"),

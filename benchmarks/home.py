@@ -19,7 +19,9 @@ from collections.abc import Sequence
 from typing import Any
 
 import bpy
-from angen_sensors.angen_addon.runtime import state
+from angen_sensors.angen_addon.recording.results import RESULTS
+from angen_sensors.angen_addon.runtime.live import known_live
+from angen_sensors.angen_addon.scene import memory
 
 from .common import (
     HOME,
@@ -88,7 +90,7 @@ def _by_kind(
             begin = time.perf_counter()
             bpy.ops.angen.simulate(frame_start=first, frame_end=last)
             operator[name].append(time.perf_counter() - begin)
-            recording = state.CACHE.recording(scene)
+            recording = RESULTS.recording(scene)
             assert recording is not None
             tracks = recording.tracks.values()
             updates[name] = sum(len(track) for track in tracks)
@@ -169,7 +171,7 @@ def measure_live(quick: bool) -> dict[str, Any]:
 def _live_case(kinds: tuple[str, ...], rounds: int) -> dict[str, Any]:
     scene = open_home()
     enable_only(kinds)
-    state.CACHE.clear()
+    memory.forget_file()
     bpy.context.view_layer.update()
     pairs = [(_played(scene, False), _played(scene, True)) for _ in range(rounds)]
     plain, live = zip(*pairs, strict=True)
@@ -203,7 +205,7 @@ def _compared(scene: Any, sensors: list[Any]) -> dict[str, int]:
     found = {}
     for frame in range(scene.frame_start, LAST):
         scene.frame_set(frame)
-        for name, published in state.CACHE.live.readings.items():
+        for name, published in known_live().readings.items():
             reading = published.reading
             found[name, float(published.frame)] = reading.active, reading.value
     same = sum(expected[key] == reading for key, reading in found.items())

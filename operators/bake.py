@@ -8,10 +8,10 @@ from bpy.props import BoolProperty
 from bpy.types import Context, Operator
 
 from ..angen_addon.recording import bake
-from ..angen_addon.runtime import state
+from ..angen_addon.recording.results import RESULTS
 from ..angen_addon.scene.instances import stands_for
 from ..angen_addon.scene.sensors import all_sensors, simulated
-from ..sensor_logic.wording import plural
+from ..sensor_logic.logs.wording import plural
 from .polls import cancelled, needs
 from .recording import has_fresh_recording, is_still_fresh
 
@@ -30,7 +30,7 @@ class ANGEN_OT_bake_keyframes(Operator):
         scene = context.scene
         if not is_still_fresh(self, context):
             return {"CANCELLED"}
-        recording = state.CACHE.recording(scene)
+        recording = RESULTS.recording(scene)
         assert recording is not None
         baked = bake.bake(simulated(all_sensors(context.view_layer)), recording, scene)
         scene.frame_set(scene.frame_current, subframe=scene.frame_subframe)

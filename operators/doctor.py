@@ -8,9 +8,19 @@ from bpy.props import IntProperty
 from bpy.types import Context, Operator
 
 from ..angen_addon.authoring.presets import select_only
-from ..angen_addon.doctor import count, findings
-from ..angen_addon.runtime import state
+from ..angen_addon.doctor import Finding, count, findings
+from ..angen_addon.scene import memory
 from .polls import can_read_scene, cancelled, is_idle
+
+# The findings of the last Examine Home; None before it.
+found: tuple[Finding, ...] | None = None
+
+
+@memory.forgets_at_load
+def forget() -> None:
+    """Forget the findings, which are about the open file."""
+    global found
+    found = None
 
 
 class ANGEN_OT_doctor(Operator):
@@ -25,7 +35,8 @@ class ANGEN_OT_doctor(Operator):
     poll = classmethod(is_idle)
 
     def execute(self, context: Context) -> set[str]:
-        found = state.CACHE.findings = tuple(findings())
+        global found
+        found = tuple(findings())
         self.report({"WARNING" if found else "INFO"}, count(list(found)).capitalize())
         return {"FINISHED"}
 
@@ -41,8 +52,7 @@ class ANGEN_OT_doctor_select(Operator):
     poll = classmethod(can_read_scene)
 
     def execute(self, context: Context) -> set[str]:
-        found = state.CACHE.findings or ()
-        names = found[self.index].objects if 0 <= self.index < len(found) else ()
+        names = found[self.index].objects if found and 0 <= self.index < len(found) else ()
         shown = context.view_layer.objects
         objects = [shown[name] for name in names if name in shown]
         if not objects:

@@ -9,11 +9,11 @@ import bpy
 from bpy.props import EnumProperty
 from bpy.types import Context, Operator
 
-from ..angen_addon.runtime import state
+from ..angen_addon.recording.results import RESULTS
 from ..angen_addon.runtime.playhead import why_not_recorded
 from ..angen_addon.runtime.time_base import moment_text
 from ..angen_addon.view.active import active_sensor
-from ..sensor_logic.log import event_rows, shown_rows
+from ..sensor_logic.recording.events import event_rows, shown_rows
 from ..sensor_logic.recording.tracks import Recording, Track
 from .polls import is_idle, needs
 from .recording import has_fresh_recording
@@ -24,7 +24,7 @@ def recorded_track(context: Context) -> tuple[Recording, Track] | None:
 
     Return None if the recording has no update of the sensor.
     """
-    sensor, recording = active_sensor(context), state.CACHE.recording(context.scene)
+    sensor, recording = active_sensor(context), RESULTS.recording(context.scene)
     track = recording.track_of(sensor.uid) if sensor and recording else None
     return (recording, track) if recording and track and len(track) else None
 

@@ -10,11 +10,11 @@ from bpy.props import BoolProperty
 from bpy.types import Context, Operator
 
 from ..angen_addon.explain.explain import MEMORY, explain
-from ..angen_addon.runtime import state
+from ..angen_addon.recording.results import RESULTS
 from ..angen_addon.runtime.time_base import clock_of
 from ..angen_addon.view.active import active_sensor
-from ..sensor_logic.error import AngenError
-from ..sensor_logic.log import log_indices
+from ..sensor_logic.logs.error import AngenError
+from ..sensor_logic.recording.events import log_indices
 from ..sensor_logic.recording.tracks import Track
 from .event_jump import has_recorded_track, recorded_track
 from .polls import cancelled
@@ -59,7 +59,7 @@ class ANGEN_OT_explain(Operator):
             explanation = explain(scene, sensor, recording, index)
         except AngenError as error:
             return cancelled(self, error)
-        kept = state.CACHE.kept(scene)
+        kept = RESULTS.kept(scene)
         if kept is not None and kept.stale and not explanation.doubt:
             doubt = f"the recording is stale ({kept.stale}): simulate again"
             explanation = replace(explanation, doubt=doubt)

@@ -9,12 +9,12 @@ from typing import Any
 from bpy.props import BoolProperty, StringProperty
 from bpy.types import Context
 
-from ..angen_addon.runtime import state
+from ..angen_addon.recording.results import RESULTS
 from ..angen_addon.runtime.time_base import start_of
 from ..angen_addon.scene.sensors import Sensor, all_sensors
 from ..angen_addon.view.panel_parts import draw_lines
-from ..sensor_logic.error import AngenError, InputError, explained
-from ..sensor_logic.log import for_spreadsheets, parse_start
+from ..sensor_logic.logs.error import AngenError, InputError, explained
+from ..sensor_logic.logs.log import for_spreadsheets, parse_start
 from ..sensor_logic.recording.tracks import Recording
 from .polls import cancelled
 from .recording import has_fresh_recording, is_still_fresh
@@ -77,7 +77,7 @@ class ExportOptions:
 
         Raise `AngenError` if no recorded sensor is selected, or if a date is required and missing.
         """
-        recording = state.CACHE.recording(context.scene)
+        recording = RESULTS.recording(context.scene)
         assert recording is not None
         sensors = all_sensors(context.view_layer)
         if self.selected_only:

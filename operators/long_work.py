@@ -8,9 +8,9 @@ from typing import Any
 
 from bpy.types import Context, Event
 
-from ..angen_addon.progress import Doing, Enough, TimeLeft, Work, finished
-from ..angen_addon.runtime import state
-from ..sensor_logic.error import AngenError
+from ..sensor_logic import progress
+from ..sensor_logic.logs.error import AngenError
+from ..sensor_logic.progress import Doing, Enough, TimeLeft, Work, finished
 from .polls import cancelled
 
 # s: bounds of a slice. Blender then redraws a few times a second, and reacts to Esc soon enough.
@@ -142,7 +142,7 @@ class LongWork:
         context.workspace.status_text_set(f"{label}: {how}. Esc {self.esc}")
         # A running operator's own bl_idname reads ANGEN_OT_work, that of its class angen.work.
         idname = type(self).bl_idname
-        state.CACHE.working = idname, doing.share, f"{far}\n{doing.text}"
+        progress.working = progress.Working(idname, doing.share, far, doing.text)
         for area in context.window.screen.areas:
             if area.type == "VIEW_3D":
                 area.tag_redraw()
@@ -151,7 +151,7 @@ class LongWork:
         if self._timer is None:
             return
         self._run.close()
-        state.CACHE.working = None
+        progress.working = None
         context.window_manager.event_timer_remove(self._timer)
         context.window_manager.progress_end()
         self._timer = None

@@ -10,12 +10,13 @@ import bpy
 import numpy as np
 from bpy.types import Context, Operator
 
-from ..angen_addon.runtime import state
+from ..angen_addon.recording.results import RESULTS
 from ..angen_addon.scene.sensors import Sensor, all_sensors
 from ..angen_addon.view.active import active_sensor
-from ..sensor_logic.log import format_value, shown_rows
+from ..sensor_logic.logs.log import format_value
+from ..sensor_logic.logs.wording import plural, split
+from ..sensor_logic.recording.events import shown_rows
 from ..sensor_logic.recording.tracks import Recording, Track
-from ..sensor_logic.wording import plural, split
 from .polls import cancelled, needs
 from .recording import has_fresh_recording
 
@@ -87,7 +88,7 @@ class ANGEN_OT_markers_add(Operator):
 
     def execute(self, context: Context) -> set[str]:
         scene = context.scene
-        recording = state.CACHE.recording(scene)
+        recording = RESULTS.recording(scene)
         assert recording is not None
         sensors = _selected(context)
         events = list(self._events(recording, sensors, scene.angen_timeline.values))

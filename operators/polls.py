@@ -7,7 +7,7 @@ from typing import Any
 
 from bpy.types import Context
 
-from ..angen_addon.runtime import state
+from ..angen_addon.runtime.running import is_running
 from ..angen_addon.scene.instances import is_sensor, stands_for
 
 
@@ -26,7 +26,7 @@ def cancelled(operator: Any, problem: Any) -> set[str]:
 
 def is_idle(operator: Any, _context: Context) -> bool:
     """Poll: whether no simulation is running."""
-    return needs(operator, not state.CACHE.running, "A simulation is running: wait, or press Esc")
+    return needs(operator, not is_running(), "A simulation is running: wait, or press Esc")
 
 
 def can_read_scene(operator: Any, context: Context) -> bool:

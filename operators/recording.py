@@ -8,7 +8,7 @@ from typing import Any
 import bpy
 from bpy.types import Context, Event, Operator
 
-from ..angen_addon.runtime import state
+from ..angen_addon.recording.results import RESULTS
 from .polls import is_idle, needs
 
 WAY_OUT = "Simulate again, or undo the change"
@@ -16,7 +16,7 @@ WAY_OUT = "Simulate again, or undo the change"
 
 def why_not_fresh(scene: Any) -> str:
     """Return why no recording matches the scene, and what the user can do; empty if one does."""
-    kept = state.CACHE.kept(scene)
+    kept = RESULTS.kept(scene)
     if kept is None:
         return "Simulate first"
     return f"The recording is stale, {kept.stale}. {WAY_OUT}" if kept.stale else ""
@@ -34,7 +34,7 @@ def is_still_fresh(operator: Any, context: Context) -> bool:
     This compares the whole scene, because Blender does not report all edits.
     """
     scene = context.scene
-    kept = state.CACHE.kept(scene)
+    kept = RESULTS.kept(scene)
     assert kept is not None
     kept.verify(scene, context.evaluated_depsgraph_get())
     if kept.stale:
@@ -63,7 +63,7 @@ class ANGEN_OT_clear_recording(Operator):
     @classmethod
     def poll(cls, context: Context) -> bool:
         return is_idle(cls, context) and needs(
-            cls, state.CACHE.kept(context.scene) is not None, "There is no recording"
+            cls, RESULTS.kept(context.scene) is not None, "There is no recording"
         )
 
     def invoke(self, context: Context, event: Event) -> set[str]:
@@ -74,7 +74,7 @@ class ANGEN_OT_clear_recording(Operator):
         return found
 
     def execute(self, context: Context) -> set[str]:
-        state.CACHE.clear_recording(context.scene)
+        RESULTS.clear_recording(context.scene)
         self.report({"INFO"}, "Recording cleared: sensors follow the playhead. Undo brings it back")
         return {"FINISHED"}
 

@@ -13,8 +13,8 @@ from bpy.types import Context, Event, Operator
 from bpy_extras.view3d_utils import location_3d_to_region_2d
 from mathutils import Vector
 
-from ..angen_addon.runtime import state
 from ..angen_addon.scene.sensors import Sensor, all_sensors, unit_scale
+from ..angen_addon.view.overlay import refresh
 from .polls import cancelled, needs
 
 # m: the least radius of the framed sphere.
@@ -115,7 +115,7 @@ def surroundings(sensor: Sensor, context: Context) -> tuple[Vector, float]:
     """
     metres = unit_scale(context.scene)
     matrix = sensor.world_matrix(context.evaluated_depsgraph_get())
-    drawn = state.CACHE.overlay.seen if state.CACHE.overlay is not None else ()
+    drawn = refresh.overlay.seen if refresh.overlay is not None else ()
     seen = next((seen for seen in drawn if seen.uid == sensor.uid), None)
     if seen is not None and seen.rays is not None:
         lines = [part for figure in seen.figures for part in figure.lines.values()]

@@ -18,16 +18,18 @@ from bpy.props import BoolProperty, IntProperty
 from bpy.types import Context, Event, Operator
 
 from ..angen_addon.advice import lacking
-from ..angen_addon.progress import Doing, Enough, Work
+from ..angen_addon.recording.references import REFERENCES
+from ..angen_addon.recording.results import RESULTS
 from ..angen_addon.recording.stored_recording import StoredRecording, settings_of, stored_run
-from ..angen_addon.runtime import state
 from ..angen_addon.runtime.simulation import Progress, simulate
 from ..angen_addon.runtime.time_base import ends_before_time, frames_to_run, outside_scene
+from ..angen_addon.scene import outputs
 from ..angen_addon.scene.sensors import Sensor, all_sensors, simulated
-from ..sensor_logic.error import AngenError
 from ..sensor_logic.kind import LIGHT
+from ..sensor_logic.logs.error import AngenError
+from ..sensor_logic.logs.wording import capital
+from ..sensor_logic.progress import Doing, Enough, Work
 from ..sensor_logic.recording.tracks import Recording
-from ..sensor_logic.wording import capital
 from .long_work import LongWork
 from .polls import cancelled, is_idle, needs
 from .recording import can_undo
@@ -204,7 +206,7 @@ class ANGEN_OT_simulate(LongWork, Operator):
             sensors = [s for s in sensors if not s.kind.requires(LIGHT)]
             if not sensors:
                 raise AngenError("There are only light sensors: press Simulate instead")
-        kept = state.CACHE.kept(scene)
+        kept = RESULTS.kept(scene)
         if kept is not None:
             kept.verify(scene, context.evaluated_depsgraph_get())
         return plan_run(max(first, scene.frame_start), last, sensors, kept)
@@ -218,7 +220,7 @@ class ANGEN_OT_simulate(LongWork, Operator):
         self._references = {}
         if any(sensor.kind.requires(LIGHT) for sensor in plan.sensors):
             depsgraph = context.evaluated_depsgraph_get()
-            self._references = state.CACHE.references.of(scene, depsgraph)
+            self._references = REFERENCES.of(scene, depsgraph)
         what = scene, plan.sensors, plan.first, plan.last, self._recording
         run = simulate(*what, references=self._references)
         self._settings = settings_of(scene, all_sensors(context.view_layer), plan.sensors)
@@ -261,7 +263,7 @@ class ANGEN_OT_simulate(LongWork, Operator):
             return False
         frame = scene.frame_current + scene.frame_subframe
         if self._recording.covers(frame):
-            state.show_recorded(self._recording, all_sensors(context.view_layer), frame)
+            outputs.show_recorded(self._recording, all_sensors(context.view_layer), frame)
             # Update drivers now: a later update would make the recording stale.
             context.view_layer.update()
         lacking.look(context.view_layer)
@@ -269,9 +271,9 @@ class ANGEN_OT_simulate(LongWork, Operator):
         stored = stored_run(self._recording, scene, depsgraph)
         stored.note_begin(self._settings)
         if not stored.stale:
-            state.CACHE.references.keep(scene, depsgraph, stored.fingerprint, self._references)
-        former = state.CACHE.kept(scene)
-        state.CACHE.keep(scene, stored)
+            REFERENCES.keep(scene, depsgraph, stored.fingerprint, self._references)
+        former = RESULTS.kept(scene)
+        RESULTS.keep(scene, stored)
         first, last = self._recording.frame_start, self._recording.frame_end
         how = "Stopped, and recorded" if early else "Recorded"
         left_out = ", without light sensors" if self.without_light else ""
@@ -293,7 +295,7 @@ class ANGEN_OT_simulate(LongWork, Operator):
         of the run.
         """
         first, last = self._recording.frame_start, self._recording.frame_end
-        earlier = state.CACHE.recording(scene)
+        earlier = RESULTS.recording(scene)
         holds = (
             earlier is not None
             and earlier.covers(first)
@@ -311,7 +313,7 @@ class ANGEN_OT_simulate(LongWork, Operator):
 
     def _stays(self, scene: Any) -> str:
         """Return what is recorded if the run is not."""
-        is_recorded = state.CACHE.kept(scene) is not None
+        is_recorded = RESULTS.kept(scene) is not None
         return "the earlier recording stays" if is_recorded else "nothing is recorded"
 
     def _updates(self) -> int:

@@ -9,9 +9,17 @@ import bpy
 from bpy.types import Context, Panel, UILayout
 
 from ..angen_addon.coverage import shown
-from ..angen_addon.view.panel_parts import ClosedSidebar, draw_lines, draw_progress, draw_property
+from ..angen_addon.scene.lengths import lengths_of
+from ..angen_addon.view.panel_parts import (
+    ClosedSidebar,
+    draw_lines,
+    draw_progress,
+    draw_property,
+    draw_row,
+)
 from ..operators.propose import active_detector
-from ..sensor_logic.wording import plural
+from ..sensor_logic.coverage.motions import MOTIONS
+from ..sensor_logic.logs.wording import plural
 
 ROOMS_SHOWN, NAMES_SHOWN = 12, 3
 
@@ -25,8 +33,11 @@ class ANGEN_PT_coverage(ClosedSidebar, Panel):
         column = layout.column()
         column.prop(settings, "motion")
         draw_property(column, context.scene, settings, "height", "Height", "m")
+        if settings.height == 0.0:
+            usual = lengths_of(context.scene).typed(round(MOTIONS[settings.motion].height, 3))
+            draw_row(column, "", f"0: usual, {usual}")
         draw_property(column, context.scene, settings, "cell", "Cell", "m")
-        column.prop(settings, "rooms")
+        column.prop(settings, "rooms", placeholder="all")
         column.prop(settings, "selected")
         layout.operator_context = "INVOKE_DEFAULT"
         row = layout.row(align=True)

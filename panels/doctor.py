@@ -6,8 +6,8 @@ from __future__ import annotations
 import bpy
 from bpy.types import Context, Panel
 
-from ..angen_addon.runtime import state
 from ..angen_addon.view.panel_parts import ClosedSidebar, draw_lines
+from ..operators import doctor
 
 MOST = 8
 
@@ -18,7 +18,7 @@ class ANGEN_PT_doctor(ClosedSidebar, Panel):
     def draw(self, context: Context) -> None:
         layout = self.layout
         layout.operator("angen.doctor", icon="VIEWZOOM")
-        found = state.CACHE.findings
+        found = doctor.found
         if found is None:
             return
         if not found:

@@ -9,9 +9,10 @@ from typing import Any
 import bpy
 from bpy.types import Context, DOPESHEET_HT_header, Panel
 
+from ..angen_addon.appearance.facts import Explanation
 from ..angen_addon.explain.explain import MEMORY
-from ..angen_addon.explain.facts import Explanation
-from ..angen_addon.runtime import state
+from ..angen_addon.recording.results import RESULTS
+from ..angen_addon.runtime.edits import EDITS
 from ..angen_addon.runtime.playhead import why_not_recorded
 from ..angen_addon.runtime.time_base import moment_text
 from ..angen_addon.view.active import active_sensor
@@ -28,8 +29,11 @@ from ..angen_addon.view.timeline.draw import MODE, TOO_LOW, why_no_rows
 from ..angen_addon.view.timeline.layout import HISTORIES, HistoryRow
 from ..operators.markers import event_name
 from ..operators.recording import why_not_fresh
+from ..sensor_logic.logs.wording import capital
 from ..sensor_logic.recording.tracks import Recording, Track
-from ..sensor_logic.wording import capital
+
+# How many letters fit a line of a popover, beside an icon.
+POPOVER_LETTERS = 26
 
 
 class ANGEN_PT_events(Sidebar, Panel):
@@ -41,7 +45,7 @@ class ANGEN_PT_events(Sidebar, Panel):
 
     def draw(self, context: Context) -> None:
         layout, scene = self.layout, context.scene
-        recording = state.CACHE.recording(scene)
+        recording = RESULTS.recording(scene)
         sensor = active_sensor(context)
         if sensor is None:
             return
@@ -52,7 +56,7 @@ class ANGEN_PT_events(Sidebar, Panel):
         if track is None or not len(track):
             draw_lines(layout, why_not_recorded(sensor), "INFO")
             return
-        history = HISTORIES.get(recording, state.CACHE.sensors(context.view_layer))
+        history = HISTORIES.get(recording, EDITS.sensors(context.view_layer))
         row = history.row_of(sensor.uid)
         if row is not None:
             _draw_events(layout, scene, recording, track, row)
@@ -114,6 +118,13 @@ def _draw_explanation(layout: Any, explanation: Explanation) -> None:
             name = ""
 
 
+def _draw_wrapped(layout: Any, text: str) -> None:
+    """Draw a text in the lines of a popover, whose width is not that of its region."""
+    column = layout.column(align=True)
+    for number, line in enumerate(textwrap.wrap(text, POPOVER_LETTERS, break_on_hyphens=False)):
+        column.label(text=line, icon="BLANK1" if number else "INFO")
+
+
 class ANGEN_PT_timeline(Panel):
     bl_label = "Sensor History"
     bl_space_type = "DOPESHEET_EDITOR"
@@ -127,10 +138,10 @@ class ANGEN_PT_timeline(Panel):
         column.active = settings.show
         column.prop(settings, "rows", expand=True)
         column.prop(settings, "names")
-        if state.CACHE.recording(context.scene) is None:
-            layout.label(text=why_not_fresh(context.scene), icon="INFO")
+        if RESULTS.recording(context.scene) is None:
+            _draw_wrapped(layout, why_not_fresh(context.scene))
         elif why_no_rows(context) == TOO_LOW:
-            layout.label(text="Drag the upper edge of the Timeline up to see rows", icon="INFO")
+            _draw_wrapped(layout, "Drag the upper edge of the Timeline up to see rows")
         layout.separator()
         line = layout.row(align=True)
         line.operator("angen.markers_add", icon="MARKER_HLT")

@@ -8,9 +8,12 @@ from collections.abc import Sequence
 import bpy
 from bpy.types import Context, Panel, Scene, UILayout
 
+from ..angen_addon.advice import lacking
 from ..angen_addon.advice.sensing import background_sets
 from ..angen_addon.recording.followed_scene import THIS_BLENDER, version_text
-from ..angen_addon.runtime import state
+from ..angen_addon.recording.results import RESULTS
+from ..angen_addon.runtime.edits import EDITS
+from ..angen_addon.runtime.running import is_running
 from ..angen_addon.scene.sensors import Sensor, simulated
 from ..angen_addon.view.panel_parts import (
     ClosedSidebar,
@@ -21,7 +24,7 @@ from ..angen_addon.view.panel_parts import (
 )
 from ..operators.export_options import draw_start
 from ..sensor_logic.kind import LIGHT
-from ..sensor_logic.wording import capital, plural
+from ..sensor_logic.logs.wording import capital, plural
 
 SHOWN_LACKS = 3
 
@@ -36,7 +39,7 @@ class ANGEN_PT_simulation(Sidebar, Panel):
         for found in background_sets(scene):
             draw_lines(layout, found.text, "ERROR")
         draw_frames(layout, scene)
-        sensors = state.CACHE.sensors(context.view_layer)
+        sensors = EDITS.sensors(context.view_layer)
         row = layout.row(align=True)
         row.operator("angen.simulate", icon="PLAY")
         if any(s.kind.requires(LIGHT) and s.settings.enabled for s in sensors):
@@ -90,7 +93,7 @@ def draw_frames(layout: UILayout, scene: Scene) -> None:
 
 def draw_lacking(layout: UILayout) -> None:
     """Draw warnings of missing files and data, without which readings are wrong."""
-    lacks = state.CACHE.lacks
+    lacks = lacking.found
     if not lacks:
         return
     for text in lacks[:SHOWN_LACKS]:
@@ -105,12 +108,13 @@ def draw_lacking(layout: UILayout) -> None:
 
 def draw_recording(layout: UILayout, scene: Scene, sensors: Sequence[Sensor]) -> None:
     """Draw whether there is a recording, whether it is stale, and whether one is kept aside."""
-    kept = state.CACHE.kept(scene)
+    kept = RESULTS.kept(scene)
     values = "live values" if scene.angen_live else "no values, as Live is off"
-    if state.CACHE.running:
+    if is_running():
         draw_progress(layout, "angen.simulate")
     elif kept is None:
-        layout.label(text=f"Not recorded: {values}", icon="INFO")
+        if sensors:
+            layout.label(text=f"Not recorded: {values}", icon="INFO")
     elif kept.stale:
         now = "Values are live" if scene.angen_live else "Live is off: no values are shown"
         text = f"Recording is stale, {kept.stale}. {now}. Simulate again, or undo"
@@ -129,12 +133,12 @@ def draw_recording(layout: UILayout, scene: Scene, sensors: Sequence[Sensor]) ->
             draw_lines(layout, text, "INFO")
         if not recording.covers(scene.frame_current + scene.frame_subframe):
             layout.label(text=f"This frame is not recorded: {values}", icon="INFO")
-    aside = state.CACHE.kept_aside(scene)
+    aside = RESULTS.kept_aside(scene)
     if aside is not None:
         begin, end = aside.recording.frame_start, aside.recording.frame_end
         layout.label(text=f"Kept aside: frames {begin} to {end}", icon="INFO")
-    if state.CACHE.notice:
-        draw_lines(layout, state.CACHE.notice, "ERROR")
+    if RESULTS.notice:
+        draw_lines(layout, RESULTS.notice, "ERROR")
 
 
 register, unregister = bpy.utils.register_classes_factory(

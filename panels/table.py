@@ -13,8 +13,9 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, IntProperty, PointerProperty, StringProperty
 from bpy.types import Context, Panel, PropertyGroup, UIList, WindowManager
 
-from ..angen_addon.runtime import state
+from ..angen_addon.runtime.edits import EDITS
 from ..angen_addon.scene.instances import stands_for
+from ..angen_addon.scene.memory import forgets_at_undo
 from ..angen_addon.scene.sensors import Sensor
 from ..angen_addon.view.panel_parts import USUAL_WIDTH, Sidebar
 from ..angen_addon.view.readings import (
@@ -75,6 +76,12 @@ def matches(sensor: Sensor, seen: ReadingText | None, words: str) -> bool:
 # The texts for the rows of the table that is being drawn. Blender filters the rows and then draws
 # them, with a new object of the list at each step, which cannot keep the texts itself.
 _texts: ReadingTexts | None = None
+
+
+@forgets_at_undo
+def _forget() -> None:
+    global _texts
+    _texts = None
 
 
 class ANGEN_UL_sensors(UIList):
@@ -179,7 +186,7 @@ class ANGEN_PT_table(Sidebar, Panel):
 
     def draw(self, context: Context) -> None:
         layout, settings = self.layout, context.window_manager.angen_table
-        sensors = state.CACHE.sensors(context.view_layer)
+        sensors = EDITS.sensors(context.view_layer)
         if not sensors:
             layout.label(text="No sensors yet: Shift+A, Sensor", icon="INFO")
             return

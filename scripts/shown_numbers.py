@@ -104,7 +104,7 @@ class ExportedLog:
         self.events: dict[str, list[dict[str, str]]] = defaultdict(list)
         for row in rows:
             self.events[row["sensor"]].append(row)
-        names = part("sensor_logic.files").file_names(self.events)
+        names = part("sensor_logic.logs.files").file_names(self.events)
         self.samples: dict[str, list[dict[str, str]]] = {}
         for sensor, name in names.items():
             with open(samples / name, newline="", encoding="utf-8") as file:
@@ -287,7 +287,7 @@ def compare_explained(found: Comparison, sensor: Any, frame: float) -> None:
     context.scene.frame_set(math.floor(frame + 1e-4), subframe=max(0.0, frame % 1.0))
     context.view_layer.objects.active = sensor.object
     bpy.ops.angen.explain("EXEC_DEFAULT")
-    recording = part("angen_addon.runtime.state").CACHE.recording(context.scene)
+    recording = part("angen_addon.recording.results").RESULTS.recording(context.scene)
     track = recording.track_of(sensor.uid)
     explanation = memory.recall(recording, sensor.uid, track.at(frame + 1e-4))
     at = found.log.at(sensor.name, frame)

@@ -14,8 +14,8 @@ import bpy
 
 from ...sensor_logic.kind import LIGHT
 from ...sensor_logic.kinds import KINDS
-from ...sensor_logic.wording import named
-from ..runtime import state
+from ...sensor_logic.logs.wording import named
+from ..scene import memory
 from ..scene.animation import all_animated
 from ..scene.former_choices import stored_settings
 from ..scene.sensors import all_sensors, simulated
@@ -25,6 +25,9 @@ FIND = "put the file back, or show Blender where it is (File, External Data, Fin
 
 # The problem, and the way to mend it.
 Lack = tuple[str, str]
+
+# What `look` found last: what the panels show.
+found: list[str] = []
 
 
 def lacking(view_layer: Any, light: bool) -> list[str]:
@@ -55,11 +58,19 @@ def lacks(view_layer: Any, light: bool) -> Iterator[Lack]:
 
 
 def look(view_layer: Any) -> None:
-    """Update the list of missing files and data that the panels show."""
+    """Update `found`, the list of missing files and data that the panels show."""
+    global found
     sensors = simulated(all_sensors(view_layer))
     if sensors:
         view_layer.update()
-    state.CACHE.lacks = lacking(view_layer, any(s.kind.requires(LIGHT) for s in sensors))
+    found = lacking(view_layer, any(s.kind.requires(LIGHT) for s in sensors))
+
+
+@memory.forgets_at_load
+def forget() -> None:
+    """Empty the list that the panels show."""
+    global found
+    found = []
 
 
 def _unknown_kinds(view_layer: Any) -> Iterator[Lack]:

@@ -7,13 +7,15 @@ import io
 import json
 import sys
 
-from ...sensor_logic import compare
-from ...sensor_logic.compare import measures, read
-from ...sensor_logic.error import AngenError
-from ...sensor_logic.files import write_files
-from ...sensor_logic.formats.outputs import check_apart
-from .console import BAD_INPUT, DONE, FAILED, note
-from .parser import Parser, path
+from ...sensor_logic.logs.error import AngenError
+from ...sensor_logic.logs.files import write_files
+from ...sensor_logic.logs.formats import compare
+from ...sensor_logic.logs.formats.compare import measures, read_both
+from ...sensor_logic.logs.formats.label_map import read_map
+from ...sensor_logic.logs.formats.outputs import check_apart
+from ...sensor_logic.report import comparison
+from ..process.console import BAD_INPUT, DONE, FAILED, note
+from ..process.parser import Parser, path
 
 
 def main(arguments: list[str], program: str) -> int:
@@ -24,13 +26,14 @@ def main(arguments: list[str], program: str) -> int:
     """
     options = make_parser(program).parse_args(arguments)
     try:
-        first, second = read(options.log), read(options.other)
+        labels = read_map(options.labels).labels if options.labels else {}
+        first, second = read_both(options.log, options.other, labels)
         for text in dict.fromkeys((*first.notes, *second.notes)):
             note(text)
         found = measures(first, second)
         if options.picture:
             check_apart("--picture", options.picture, [options.log, options.other])
-            write_files({options.picture: compare.svg(first, second, found)})
+            write_files({options.picture: comparison.svg(first, second, found)})
     except AngenError as error:
         return _fail(str(error), error.status)
     except OSError as error:
@@ -70,11 +73,20 @@ def make_parser(program: str) -> Parser:
     """Return the argument parser of `angen compare`."""
     parser = Parser(
         prog=f"{program} compare",
-        description="Compare how long and how often sensors are on in two logs.",
+        description="Compare how long and how often sensors are on, or things done, in two logs.",
     )
-    about = "an event log, a folder of days, or a log in another format"
+    about = (
+        "an event log, a folder of days, or a log in another format; or a log of activities, as "
+    )
+    about += "`learn` reads them, to compare what people did"
     parser.add_argument("log", type=path, metavar="LOG", help=about)
     parser.add_argument("other", type=path, metavar="LOG", help=about)
+    parser.add_argument(
+        "--labels",
+        type=path,
+        metavar="FILE.toml",
+        help="table [labels] with other names for activities",
+    )
     parser.add_argument("--json", action="store_true", help="print JSON, for programs")
     parser.add_argument(
         "--picture",

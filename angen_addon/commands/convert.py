@@ -8,26 +8,21 @@ from dataclasses import replace
 from datetime import datetime
 from zoneinfo import ZoneInfo
 
-from ...sensor_logic.error import AngenError, replaced
-from ...sensor_logic.faults import undo
-from ...sensor_logic.files import write_files
-from ...sensor_logic.formats import FORMATS, Log
-from ...sensor_logic.formats.log import DEFAULT_START, LoggedActivity
-from ...sensor_logic.formats.outputs import check_apart, check_out, output_files
-from ...sensor_logic.formats.reading import read_log
-from ...sensor_logic.formats.source import (
-    DescribedHome,
-    format_labels,
-    home_beside,
-    read_activities,
-    read_home,
-)
-from ...sensor_logic.formats.units import UNIT_HELP, Units
-from ...sensor_logic.log import parse_start
-from ...sensor_logic.wording import plural
+from ...sensor_logic.logs.error import AngenError, replaced
+from ...sensor_logic.logs.faults import undo
+from ...sensor_logic.logs.files import write_files
+from ...sensor_logic.logs.formats import FORMATS, Log
+from ...sensor_logic.logs.formats.activities import read_logged
+from ...sensor_logic.logs.formats.log import DEFAULT_START, LoggedActivity
+from ...sensor_logic.logs.formats.outputs import check_apart, check_out, output_files
+from ...sensor_logic.logs.formats.reading import read_log
+from ...sensor_logic.logs.formats.source import DescribedHome, format_labels, home_beside, read_home
+from ...sensor_logic.logs.formats.units import UNIT_HELP, Units
+from ...sensor_logic.logs.log import parse_start
+from ...sensor_logic.logs.wording import plural
 from ..output.faulty import Faults, add_options
-from .console import BAD_INPUT, DONE, note
-from .parser import Parser, path
+from ..process.console import BAD_INPUT, DONE, note
+from ..process.parser import Parser, path
 
 
 def main(arguments: list[str], program: str) -> int:
@@ -85,8 +80,8 @@ def _read(options: argparse.Namespace) -> tuple[Log, set[str]]:
         note(text)
     if source.has_activities and not options.activities:
         note(
-            f"the activities in {options.events} are not converted: to add activities, give them "
-            "as a table with --activities FILE.csv"
+            f"the activities in {options.events} are not converted: to add them, give "
+            f"--activities {options.events}"
         )
     if source.left_out:
         note(
@@ -119,7 +114,10 @@ def _activities(
     found = options.activities or (beside if home.days and beside.is_file() else None)
     if found is None:
         return []
-    return read_activities(found, start, format_labels(options.format, home.labels))
+    activities, notes = read_logged(found, start, format_labels(options.format, home.labels))
+    for text in notes:
+        note(text)
+    return activities
 
 
 def _zone(name: str) -> ZoneInfo:
@@ -171,7 +169,8 @@ def make_parser(program: str) -> Parser:
         "--activities",
         type=path,
         metavar="FILE.csv",
-        help="activities, with the columns start,end,person,activity,room",
+        help="what people did: activities.csv of simulated days, or another log of activities, as "
+        "`learn` reads them",
     )
     parser.add_argument(
         "--start", metavar="TIME", help="date and time of t = 0, such as 2026-03-02T07:00:00"

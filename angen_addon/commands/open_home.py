@@ -15,20 +15,21 @@ from typing import TextIO
 
 import bpy
 
-from ...sensor_logic.error import InputError
 from ...sensor_logic.kind import FORCES, LIGHT
+from ...sensor_logic.logs.error import InputError
+from ...sensor_logic.logs.wording import named, uncapitalized
+from ...sensor_logic.progress import TimeLeft
 from ...sensor_logic.recording.tracks import Recording
-from ...sensor_logic.wording import named, uncapitalized
 from ..advice import sensing as advice
 from ..advice import warmth
 from ..advice.lacking import lacking
 from ..layout.apply import apply_layout
-from ..progress import TimeLeft
+from ..process.console import ProgressText, note, write_message
 from ..runtime.simulation import Progress, simulate, unrecorded
 from ..runtime.time_base import ends_before_time, outside_scene
+from ..scene.instances import is_sensor
 from ..scene.lengths import lengths_of
 from ..scene.sensors import Sensor, all_sensors, simulated
-from .console import ProgressText, note, write_message
 
 # Advice before a run, on standard error.
 
@@ -184,9 +185,21 @@ def sensors_of(options: argparse.Namespace, layout: Path | None = None) -> list[
     if not sensors:
         raise InputError(
             f"{Path(bpy.data.filepath).name} has no sensors in its scene "
-            f"'{bpy.context.scene.name}': add one in Blender with Shift+A, Sensor"
+            f"'{bpy.context.scene.name}': {_sensors_elsewhere()}"
         )
     return sensors
+
+
+def _sensors_elsewhere() -> str:
+    """Return where the file has sensors if the view layer has none, or how to add one."""
+    names = [obj.name for obj in bpy.data.objects if is_sensor(obj)]
+    scene = bpy.context.scene
+    others = [s.name for s in bpy.data.scenes if s != scene and any(n in s.objects for n in names)]
+    if any(name in scene.objects for name in names):
+        return f"tick the collections of {named(names)} in the Outliner"
+    if others:
+        return f"its scene {named(others)} has sensors: save the file with that scene open"
+    return "add one in Blender with Shift+A, Sensor"
 
 
 def run_home(

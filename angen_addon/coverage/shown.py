@@ -16,13 +16,14 @@ from mathutils import Matrix
 
 from ...sensor_logic.coverage.grid import CoverageMap
 from ...sensor_logic.coverage.picture import LEVELS, VIRIDIS, levels, linear
-from ...sensor_logic.error import AngenError
 from ...sensor_logic.kind import Kind, Preset
 from ...sensor_logic.kinds import KINDS
+from ...sensor_logic.logs.error import AngenError
+from ...sensor_logic.logs.wording import listed
 from ...sensor_logic.parameters import specs
-from ...sensor_logic.wording import listed
 from ..recording.followed_map import FollowedMap
-from ..runtime import handlers, state
+from ..recording.results import RESULTS
+from ..runtime import handlers
 from ..runtime.sensor_runner import matrix_of
 from ..scene.marks import COVERAGE_MARK
 from ..scene.sensors import Sensor, decimal, read_parameters, unit_scale
@@ -157,7 +158,7 @@ def show_proposal(scene: Any, proposal: Proposal, like: str = "", preset: str = 
         ghost.empty_display_type = "CONE"
         ghost.empty_display_size = SHOWN_M / unit_scale(scene)
         ghost.matrix_world = Matrix(matrix_of(candidate.pose, unit_scale(scene)).tolist())
-        ghost.show_name = True
+        ghost.show_name = ghost.show_in_front = True
         ghost[COVERAGE_MARK] = PROPOSAL
         ghost.angen_sensor.room = candidate.room
         ghost[LIKE], ghost[PRESET] = like, preset
@@ -289,7 +290,7 @@ def keep(scene: Any, coverage: CoverageMap) -> None:
         "frame": scene.frame_current,
         "settings": _settings(scene),
     }
-    state.CACHE.note_result(scene, bpy.context.evaluated_depsgraph_get(), FollowedMap)
+    RESULTS.note_result(scene, bpy.context.evaluated_depsgraph_get(), FollowedMap)
     scene[KEY] = json.dumps(facts)
     # While the map was made, Blender has reported it as an edit.
     _marking.note_edit(scene)
@@ -332,7 +333,7 @@ def why_stale(scene: Any) -> str:
     found = summary(scene)
     if found is None:
         return ""
-    followed = state.CACHE.result(scene, FollowedMap)
+    followed = RESULTS.result(scene, FollowedMap)
     if followed is None:
         return "it was made by an earlier version of Ängen Sensors"
     if followed.stale:

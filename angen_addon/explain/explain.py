@@ -8,18 +8,18 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from ...sensor_logic.clock import Schedule
-from ...sensor_logic.error import AngenError
 from ...sensor_logic.kind import LIGHT
-from ...sensor_logic.log import log_indices
+from ...sensor_logic.logs.error import AngenError
+from ...sensor_logic.recording.events import log_indices
 from ...sensor_logic.recording.tracks import Recording
-from ..kinds import appearance_of
-from ..runtime import state
+from ..appearance.appearance import appearance_of
+from ..appearance.facts import Explanation
+from ..appearance.recorded import RecordedSensor
 from ..runtime.simulation import Progress, simulate
 from ..runtime.time_base import clock_of
+from ..scene import outputs
 from ..scene.instances import Uid
 from ..scene.sensors import Sensor, decimal, simulated
-from .facts import Explanation
-from .recorded import RecordedSensor
 
 
 def explain(scene: Any, sensor: Sensor, recording: Recording, index: int) -> Explanation:
@@ -77,7 +77,7 @@ class ExplainedTime:
         self._sensor = sensor
         self._recording = Recording()
         # Drivers can move objects by the outputs of other sensors, so all are simulated.
-        self._sensors = list(sensors) if state.are_driven() else [sensor]
+        self._sensors = list(sensors) if outputs.are_driven() else [sensor]
         clock = clock_of(scene)
         self._asked = time
         # The log rounds times, so a time copied from the log can be just before its event.

@@ -13,11 +13,13 @@ import bpy
 import numpy as np
 
 from ...sensor_logic.model import Array, Pose
-from ..runtime import handlers, state
+from ..appearance.recorded import RecordedSensor
+from ..runtime import handlers
 from ..runtime.probes import Probes
+from ..runtime.running import running
 from ..runtime.time_base import evaluated_depsgraph
+from ..scene.outputs import are_driven, show
 from ..scene.sensors import Sensor, all_sensors, read_pose
-from .recorded import RecordedSensor
 
 
 @dataclass(frozen=True)
@@ -87,7 +89,7 @@ def _show_outputs_before(recorded: RecordedSensor, driven: Sequence[Sensor], fra
         until = frame - 1.0 if sensor.kind.requires_forces else frame
         last = bisect_left(track.frames, until) - 1
         on, value = (bool(track.active[last]), track.value[last]) if last >= 0 else (False, 0.0)
-        state.show(sensor, on, value)
+        show(sensor, on, value)
 
 
 @contextmanager
@@ -98,16 +100,13 @@ def _restored(scene: Any) -> Iterator[list[Sensor]]:
     sensors = all_sensors(view_layer)
     before = [(s, s.settings.active, s.settings.value) for s in sensors]
     handlers.restore_handlers()
-    state.CACHE.running = True
-    try:
-        yield sensors if state.are_driven() else []
-    finally:
+    with running():
         try:
+            yield sensors if are_driven() else []
+        finally:
             with suppress(ReferenceError):
                 for sensor, active, value in before:
-                    state.show(sensor, active, value)
+                    show(sensor, active, value)
                 scene.frame_set(frame, subframe=subframe)
                 # Evaluate now: later, the restored frame and outputs would count as an edit.
                 view_layer.update()
-        finally:
-            state.CACHE.running = False

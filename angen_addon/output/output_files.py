@@ -18,11 +18,11 @@ from typing import Any, BinaryIO
 
 import bpy
 
-from ...sensor_logic.error import AngenError, InputError, explained
-from ...sensor_logic.files import Content, WholeFiles, check_folder
-from ...sensor_logic.formats import FORMATS, Log
-from ...sensor_logic.formats.log import DEFAULT_START
-from ...sensor_logic.formats.outputs import check_out, output_files
+from ...sensor_logic.logs.error import AngenError, InputError, explained
+from ...sensor_logic.logs.files import Content, WholeFiles, check_folder
+from ...sensor_logic.logs.formats import FORMATS, Log
+from ...sensor_logic.logs.formats.log import DEFAULT_START
+from ...sensor_logic.logs.formats.outputs import check_out, output_files
 
 
 def check_outputs(
@@ -164,7 +164,8 @@ class Outputs(WholeFiles):
             # Beside the target, so that relative paths in the file come out right.
             part = self.new(path, ".blend")
             bpy.ops.wm.save_as_mainfile(filepath=str(part), copy=True, check_existing=False)
-            with open(part, "rb") as saved:
+            # Windows flushes no file that is open for reading only.
+            with open(part, "r+b") as saved:
                 os.fsync(saved.fileno())
                 # Blender 5.2 does not notice that the disk is full.
                 if not _is_whole(saved):

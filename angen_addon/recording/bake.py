@@ -14,8 +14,8 @@ import bpy
 import numpy as np
 
 from ...sensor_logic.recording.tracks import Recording, Track
-from ..runtime.state import ACTIVE_PATH, VALUE_PATH, output_curves
 from ..scene.animation import has_curves, remove_curve, time_stretch
+from ..scene.outputs import ACTIVE_PATH, VALUE_PATH, output_curves
 from ..scene.sensors import Sensor
 
 # Blender's integer for constant interpolation.

@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import Any
 
 from ...sensor_logic.kind import LIGHT
+from ..scene import memory
 from ..scene.facts import facts_without
 from ..scene.sensors import all_sensors
 from .fingerprint import Fingerprint, digest, fingerprint_of, key_of
@@ -26,6 +27,10 @@ class LightReferences:
     """
 
     def __init__(self) -> None:
+        self.clear()
+
+    def clear(self) -> None:
+        """Forget the references of the last run."""
         self._digest = ""
         self._found: dict[Any, Any] = {}
 
@@ -47,6 +52,10 @@ class LightReferences:
         if found and fingerprint.light:
             self._digest = _digest_for_light(scene, depsgraph, fingerprint)
             self._found = found
+
+
+REFERENCES = LightReferences()
+memory.forgets_at_load(REFERENCES.clear)
 
 
 def _digest_for_light(scene: Any, depsgraph: Any, fingerprint: Fingerprint) -> str:

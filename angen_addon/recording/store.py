@@ -15,11 +15,11 @@ from typing import Any
 
 import bpy
 
-from ...sensor_logic.error import AngenError, replaced
+from ...sensor_logic.logs.error import AngenError, replaced
 from ...sensor_logic.recording.file import VALUES, from_bytes, size_of, to_bytes
-from ..runtime import state
 from ..scene.sensors import Sensor, all_sensors
 from .fingerprint import Fingerprint
+from .results import RESULTS
 from .stored_recording import StoredRecording
 
 # The name of the texts; its leading dot hides them from lists.
@@ -39,8 +39,8 @@ def put_into_file() -> None:
     # The file may hold recordings, if the extension was switched on after it was opened.
     restore()
     for scene in bpy.data.scenes:
-        _put(scene, state.CACHE.kept(scene), False)
-        _put(scene, state.CACHE.kept_aside(scene), True)
+        _put(scene, RESULTS.kept(scene), False)
+        _put(scene, RESULTS.kept_aside(scene), True)
 
 
 def _put(scene: Any, kept: StoredRecording | None, is_aside: bool) -> None:
@@ -74,7 +74,7 @@ def restore() -> None:
         scene = text.get(SCENE)
         # A scene has one recording of each sort: a second text is not decoded.
         is_aside = bool(text.get(ASIDE))
-        known = state.CACHE.kept_aside if is_aside else state.CACHE.kept
+        known = RESULTS.kept_aside if is_aside else RESULTS.kept
         if isinstance(scene, bpy.types.Scene) and known(scene) is None:
             try:
                 kept, names = _decoded(text.as_string(), values_left)
@@ -84,13 +84,13 @@ def restore() -> None:
             else:
                 kept.stale_then = str(text.get(STALE, ""))
                 values_left -= size_of(kept.recording)
-                state.CACHE.keep_from_file(scene, kept, is_aside)
+                RESULTS.keep_from_file(scene, kept, is_aside)
         bpy.data.texts.remove(text)
 
 
 def report(text: str) -> None:
     """Show a notice on the file in the sidebar, and print it on standard error."""
-    state.CACHE.notice = ". ".join(filter(None, (state.CACHE.notice, text)))
+    RESULTS.add_notice(text)
     if sys.stderr is not None:
         print(f"Ängen Sensors: {text}", file=sys.stderr)
 

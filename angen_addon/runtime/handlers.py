@@ -16,13 +16,16 @@ from bpy.app.handlers import persistent
 
 from ..advice import lacking
 from ..recording import store as recording_store
-from ..scene import facts
+from ..recording.results import RESULTS
+from ..scene import facts, memory
 from ..scene.former_choices import replace_former_choices
 from ..scene.light.changes import SHADING
 from ..scene.light.scene import remove_leftover_scenes
-from . import playhead, state
-from .live import live_of
+from . import playhead
+from .edits import EDITS
+from .live import known_live, live_of, outdate
 from .playhead import fresh_recording
+from .running import is_publishing, is_running, running
 
 # Work that is too slow while scrubbing is put off until the playhead does not move and the user
 # drags nothing.
@@ -34,10 +37,14 @@ BUSY = 1.0
 # s: pause between measuring the light of two sensors, in which the window can react.
 NEXT = 0.02
 
+# When a frame was last shown, by `time.monotonic`.
+_shown_at = 0.0
+
 
 def schedule_sensing() -> None:
     """Start the timer that senses once the playhead rests and the user drags nothing."""
-    state.CACHE.shown_at = time.monotonic()
+    global _shown_at
+    _shown_at = time.monotonic()
     if not bpy.app.background and not bpy.app.timers.is_registered(_sense_at_rest):
         bpy.app.timers.register(_sense_at_rest, first_interval=REST)
 
@@ -49,17 +56,13 @@ def _sense_at_rest() -> float | None:
     """
     context = bpy.context
     scene, view_layer = context.scene, context.view_layer
-    if (
-        scene is None
-        or not scene.angen_live
-        or (not state.CACHE.running and fresh_recording(scene))
-    ):
+    if scene is None or not scene.angen_live or (not is_running() and fresh_recording(scene)):
         # No live readings are shown.
         return None
-    idle = time.monotonic() - state.CACHE.shown_at
+    idle = time.monotonic() - _shown_at
     if idle < REST:
         return REST - idle
-    if state.CACHE.running or _is_busy():
+    if is_running() or _is_busy():
         return BUSY
     live = live_of(scene)
     if live.is_old(scene):
@@ -128,12 +131,12 @@ def on_frame_change(scene: Any, depsgraph: Any) -> None:
     if depsgraph.mode == "RENDER":
         return
     # Blender does not report what handlers of other code change after this one.
-    state.CACHE.note(depsgraph, edited=has_other_frame_handlers(), by_frame=True)
-    if state.CACHE.running or not _is_shown(scene, depsgraph):
+    EDITS.note(depsgraph, edited=has_other_frame_handlers(), by_frame=True)
+    if is_running() or not _is_shown(scene, depsgraph):
         return
     view_layer = scene.view_layers[depsgraph.view_layer.name]
-    for recording in state.CACHE.followed(scene):
-        recording.note_frame(scene, depsgraph, *state.CACHE.sensors_and_revision(view_layer))
+    for recording in RESULTS.followed(scene):
+        recording.note_frame(scene, depsgraph, *EDITS.sensors_and_revision(view_layer))
     publish = not playhead.show_recorded(scene, view_layer) and scene.angen_live
     if publish or any(view.wants_rays(scene) for view in _views):
         live = live_of(scene)
@@ -161,21 +164,20 @@ def on_edit(scene: Any, depsgraph: Any) -> None:
     """Mark the recordings, maps and live readings that an edit makes stale; sense anew later."""
     if depsgraph.mode == "RENDER":
         return
-    by_run = state.CACHE.publishing and not has_other_edit_handlers()
-    state.CACHE.note(depsgraph, edited=not by_run)
-    if state.CACHE.running:
+    by_run = is_publishing() and not has_other_edit_handlers()
+    EDITS.note(depsgraph, edited=not by_run)
+    if is_running():
         return
     playing = any(w.screen.is_animation_playing for w in bpy.context.window_manager.windows)
-    followed = state.CACHE.followed(scene) if _is_shown(scene, depsgraph) else []
+    followed = RESULTS.followed(scene) if _is_shown(scene, depsgraph) else []
     for recording in followed:
         view_layer = scene.view_layers[depsgraph.view_layer.name]
-        recording.note_edit(
-            scene, depsgraph, *state.CACHE.sensors_and_revision(view_layer), playing
-        )
-    state.CACHE.note_other_scene(scene, depsgraph)
+        recording.note_edit(scene, depsgraph, *EDITS.sensors_and_revision(view_layer), playing)
+    RESULTS.note_other_scene(scene, depsgraph)
     if _has_edit(depsgraph.updates, playing):
-        state.CACHE.outdate_live()
-    if state.CACHE.live is not None and state.CACHE.live.outdated:
+        outdate()
+    live = known_live()
+    if live is not None and live.outdated:
         schedule_sensing()
     for view in _views:
         view.note_edit(scene)
@@ -206,10 +208,21 @@ def _is_edit(update: Any) -> bool:
     )
 
 
+def settings_changed(owner: Any) -> None:
+    """Check all recordings after a setting of `owner`, an object or scene, has changed.
+
+    Blender does not report changes of settings of this extension.
+    """
+    EDITS.count()
+    if not is_running():
+        RESULTS.check(owner)
+        outdate()
+
+
 @persistent
 def before_load(*_: Any) -> None:
-    """Empty the cache before another file opens."""
-    state.CACHE.clear()
+    """Forget what is kept in memory of the open file, before another file opens."""
+    memory.forget_file()
 
 
 @persistent
@@ -238,7 +251,7 @@ def after_import(*_: Any) -> None:
 @persistent
 def before_undo(*_: Any) -> None:
     """Remove all references to Blender's data, because undo or redo will replace that data."""
-    state.CACHE.forget_references()
+    memory.forget_references()
 
 
 @persistent
@@ -256,7 +269,7 @@ def _verify_again() -> None:
     """Compare the present scene with its recording and its coverage map."""
     scene = bpy.context.scene
     # Recordings and maps of other scenes are compared once these scenes are evaluated.
-    for recording in state.CACHE.followed(scene) if scene is not None else ():
+    for recording in RESULTS.followed(scene) if scene is not None else ():
         recording.verify(scene, bpy.context.evaluated_depsgraph_get())
     for view in _views if scene is not None else ():
         view.note_edit(scene)
@@ -268,13 +281,10 @@ def _show_recorded() -> None:
     context = bpy.context
     if context.scene is None:
         return
-    state.CACHE.running = True
-    try:
+    with running():
         if playhead.show_recorded(context.scene, context.view_layer):
             # Writing the outputs must not count as an edit.
             context.view_layer.update()
-    finally:
-        state.CACHE.running = False
 
 
 @persistent
@@ -348,11 +358,11 @@ def register() -> None:
 
 
 def unregister() -> None:
-    """Remove the handlers, and empty the cache."""
+    """Remove the handlers, and forget what is kept in memory of the open file."""
     for name, handler in HANDLERS:
         registered = getattr(bpy.app.handlers, name)
         if handler in registered:
             registered.remove(handler)
     cancel_sensing()
     facts.forget_types()
-    state.CACHE.clear()
+    memory.forget_file()

@@ -13,15 +13,17 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from ...sensor_logic.clock import Clock
-from ...sensor_logic.error import AngenError
-from ...sensor_logic.kind import Field
+from ...sensor_logic.logs.error import AngenError
+from ...sensor_logic.logs.fields import Field
 from ...sensor_logic.model import Reading
-from ..progress import Doing, Work, finished
+from ...sensor_logic.progress import Doing, Work, finished
+from ..scene import memory, outputs
 from ..scene.instances import Uid
 from ..scene.light.probe import LightRequest
 from ..scene.sensors import Sensor, all_sensors, check, simulated
-from . import state
+from .edits import EDITS
 from .probes import Probes
+from .running import running
 from .sensor_runner import PendingUpdates, SensorRunner, all_rays
 from .trace import Trace
 
@@ -119,7 +121,7 @@ class Live:
         changed += [self._update_sensor(*update, step, depsgraph) for update in due]
         if not is_next_frame:
             changed += self._restore_outputs()
-        if any(changed) and state.CACHE.outputs_are_driven():
+        if any(changed) and EDITS.outputs_are_driven():
             # Blender does not report what drivers now change.
             self._probes.caster.solids.forget()
 
@@ -131,7 +133,7 @@ class Live:
         values = [bool(runner.sensor.settings.active) for runner in self._runners]
         if values != self._outputs:
             self._outputs = values
-            if state.CACHE.outputs_are_driven():
+            if EDITS.outputs_are_driven():
                 self._probes.caster.solids.forget()
 
     def look_around(self, scene: Any, view_layer: Any, depsgraph: Any) -> None:
@@ -192,14 +194,11 @@ class Live:
         # Objects that were removed since the last evaluation are still listed, but freed.
         view_layer.update()
         was_held = self._is_light_held or bool(self.readings)
-        state.CACHE.running = True
-        try:
+        with running():
             self.follow(scene, view_layer, view_layer.depsgraph)
             self._is_light_held = was_held
             # Writing the outputs must not count as an edit.
             view_layer.update()
-        finally:
-            state.CACHE.running = False
 
     def why_old(self, scene: Any) -> str:
         """Return why the last readings are outdated, as a text; empty if they are not."""
@@ -416,23 +415,20 @@ class Live:
         self, scene: Any, view_layer: Any, lit: Sequence[PendingUpdates]
     ) -> Generator[str, None, None]:
         """Measure the light for the updates `lit`, and yield a text before each slow picture."""
-        state.CACHE.running = True
-        try:
-            depsgraph = view_layer.depsgraph
-            paths = scene.angen_light_reference
-            requests = [
-                as_exact(update.request, paths) for update in lit if update.request is not None
-            ]
-            found = yield from self._probes.measure(scene, view_layer, depsgraph, requests)
-            for update in lit:
-                self._light_updates.pop(update.runner.sensor.name, None)
-                update.give_light(found)
-                update.runner.reset()
-                self._show(update, scene.frame_current)
-        finally:
-            # Outputs and the data for a picture must not count as an edit.
-            view_layer.update()
-            state.CACHE.running = False
+        depsgraph = view_layer.depsgraph
+        paths = scene.angen_light_reference
+        requests = [as_exact(update.request, paths) for update in lit if update.request is not None]
+        with running():
+            try:
+                found = yield from self._probes.measure(scene, view_layer, depsgraph, requests)
+                for update in lit:
+                    self._light_updates.pop(update.runner.sensor.name, None)
+                    update.give_light(found)
+                    update.runner.reset()
+                    self._show(update, scene.frame_current)
+            finally:
+                # Outputs and the data for a picture must not count as an edit.
+                view_layer.update()
 
     def _show_waiting(self, runner: SensorRunner, step: int) -> bool:
         """Show the update of a pad that has waited since the step before.
@@ -445,7 +441,7 @@ class Live:
     def _restore_outputs(self) -> list[bool]:
         """Write the last readings to outputs that differ; return whether each `active` changed."""
         return [
-            state.show(runner.sensor, published.reading.active, published.reading.value)
+            outputs.show(runner.sensor, published.reading.active, published.reading.value)
             for runner in self._runners
             if (published := self.readings.get(runner.sensor.name)) is not None
         ]
@@ -464,7 +460,7 @@ class Live:
             self.problems[sensor.name] = f"'{sensor.name}': {problem}"
         else:
             self.problems.pop(sensor.name, None)
-        return self._publishes and state.show(sensor, reading.active, reading.value)
+        return self._publishes and outputs.show(sensor, reading.active, reading.value)
 
 
 def as_exact(request: LightRequest, reference: int) -> LightRequest:
@@ -478,13 +474,49 @@ def as_exact(request: LightRequest, reference: int) -> LightRequest:
     return replace(request, samples=max(request.samples, reference))
 
 
+# The live sensors that were needed last.
+_current: Live | None = None
+# The session uid of a scene, and its light readings from before an undo, by the sensor's name.
+_light_before: tuple[int, dict[str, Published]] = (0, {})
+
+
 def live_of(scene: Any) -> Live:
     """Return the live sensors of a scene.
 
-    The cache keeps them until the live sensors of another scene are needed.
+    They are kept until the live sensors of another scene are needed.
     """
-    live = state.CACHE.live
-    if not isinstance(live, Live) or live.scene_uid != scene.session_uid:
-        live = state.CACHE.live = Live(scene)
-        live.readings |= state.CACHE.take_light(scene)
-    return live
+    global _current, _light_before
+    if _current is None or _current.scene_uid != scene.session_uid:
+        _current = Live(scene)
+        uid, found = _light_before
+        _light_before = 0, {}
+        if uid == scene.session_uid:
+            # They are old: the scene was edited after them.
+            _current.readings |= found
+    return _current
+
+
+def known_live() -> Live | None:
+    """Return the live sensors that were needed last, of any scene; None if there are none."""
+    return _current
+
+
+def outdate() -> None:
+    """Mark the live readings as outdated."""
+    if _current is not None:
+        _current.outdated = True
+
+
+@memory.forgets_at_undo
+def _forget() -> None:
+    global _current, _light_before
+    if _current is not None:
+        # Undo does not change what was measured, and measuring light takes long.
+        _light_before = _current.scene_uid, _current.light_readings()
+    _current = None
+
+
+@memory.forgets_at_load
+def _forget_light() -> None:
+    global _light_before
+    _light_before = 0, {}

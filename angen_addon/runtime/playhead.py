@@ -10,12 +10,15 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from ...sensor_logic.kind import LIGHT, Field
+from ...sensor_logic.kind import LIGHT
+from ...sensor_logic.logs.fields import Field
 from ...sensor_logic.model import Reading
 from ...sensor_logic.recording.tracks import Recording
+from ..recording.results import RESULTS
+from ..scene import outputs
 from ..scene.sensors import Sensor
-from . import state
-from .live import has_reading
+from .edits import EDITS
+from .live import has_reading, known_live
 
 RECORDED, LIVE, BAKED, NOTHING = "RECORDED", "LIVE", "BAKED", "NOTHING"
 NOT_YET = "Nothing was sensed at this frame yet: scrub, play or simulate"
@@ -64,7 +67,7 @@ def why_not_recorded(sensor: Sensor) -> str:
 
 def fresh_recording(scene: Any) -> Recording | None:
     """Return the scene's recording if it is fresh and covers the playhead's frame, else None."""
-    recording = state.CACHE.recording(scene)
+    recording = RESULTS.recording(scene)
     frame = scene.frame_current + scene.frame_subframe
     return recording if recording is not None and recording.covers(frame) else None
 
@@ -77,7 +80,7 @@ def show_recorded(scene: Any, view_layer: Any) -> bool:
     recording = fresh_recording(scene)
     if recording is not None:
         frame = scene.frame_current + scene.frame_subframe
-        state.show_recorded(recording, state.CACHE.sensors(view_layer), frame)
+        outputs.show_recorded(recording, EDITS.sensors(view_layer), frame)
     return recording is not None
 
 
@@ -93,7 +96,7 @@ class Playhead:
         recording = fresh_recording(scene)
         self._is_recorded = recording is not None
         self._tracks = {t.uid: t for t in recording.tracks.values()} if recording else {}
-        live = state.CACHE.live
+        live = known_live()
         is_same_scene = live is not None and live.scene_uid == scene.session_uid
         self._live = live if is_same_scene and scene.angen_live else None
         self._nothing = NOT_YET if scene.angen_live else LIVE_IS_OFF
@@ -110,7 +113,7 @@ class Playhead:
             if self._is_recorded
             else self._live_reading(sensor, quantity)
         )
-        if sensor.holders or not state.output_curves(sensor.object):
+        if sensor.holders or not outputs.output_curves(sensor.object):
             return found
         keys = Reading(sensor.settings.active, sensor.settings.value, {})
         if found.reading is None and not found.problem:
@@ -134,7 +137,7 @@ class Playhead:
             name, published = sensor.name, self._live.readings.get(sensor.name)
             found = (published, self._live.problems.get(name), self._live.why_unlit(sensor))
             read_at = published.frame if published is not None else self.frame
-        keyed = not sensor.holders and state.output_curves(sensor.object)
+        keyed = not sensor.holders and outputs.output_curves(sensor.object)
         fresh = 0.0 <= self.seconds(self.frame - read_at) < least_age and not keyed
         return self._is_recorded, self._nothing, self._old, found, None if fresh else self.frame
 

@@ -23,7 +23,7 @@ from ..scene.rays.reference import SceneRayCaster
 from ..scene.rays.sweep import Sweeper
 from ..scene.sensors import Sensor, unit_scale
 from ..scene.surfaces import SURFACES
-from . import state
+from .edits import EDITS
 
 
 def make_caster(scene: Any) -> RayCaster | SceneRayCaster:
@@ -33,7 +33,7 @@ def make_caster(scene: Any) -> RayCaster | SceneRayCaster:
     hit).
     """
     caster = SceneRayCaster(scene) if scene.angen_ray_caster == "SCENE" else RayCaster()
-    state.CACHE.watch(caster.solids)
+    EDITS.watch(caster.solids)
     return caster
 
 
@@ -82,7 +82,7 @@ class Probes:
         self._measured: dict[str, tuple[Any, LightSample]] = {}
         self._lighting = LightChanges()
         self._light = CyclesLight()
-        state.CACHE.watch(self._lighting)
+        EDITS.watch(self._lighting)
 
     def set_sensors(self, sensors: Iterable[Sensor]) -> None:
         """Set the sensors; the probes prepare only data that these sensors need."""

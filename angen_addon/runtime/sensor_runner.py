@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...sensor_logic.clock import Clock, Schedule
-from ...sensor_logic.error import AngenError, explained
 from ...sensor_logic.geometry.sweep import RayCrossings
 from ...sensor_logic.kind import CROSSINGS, FORCES, LIGHT, POSES, RAYS
+from ...sensor_logic.logs.error import AngenError, explained
 from ...sensor_logic.model import (
     Answers,
     Array,

@@ -18,12 +18,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...sensor_logic.clock import Clock
-from ...sensor_logic.error import AngenError, explained
+from ...sensor_logic.logs.error import AngenError, explained
 from ...sensor_logic.model import Index
 from ...sensor_logic.recording.tracks import Recording, Track
+from ..scene import outputs
 from ..scene.sensors import Sensor, all_sensors, check, check_names, report_steps, simulated
-from . import handlers, state, stillness
+from . import handlers, stillness
 from .moving_scene import MovingScene, moving_scene
+from .running import publishing, running
 from .sensor_runner import PendingUpdates, SensorRunner
 from .stage import Agenda, Stage
 from .time_base import clock_of, evaluated_depsgraph
@@ -153,7 +155,7 @@ def unrecorded(sensors: Sequence[Sensor]) -> list[Sensor]:
     """
     given = {sensor.uid for sensor in sensors}
     others = simulated(all_sensors(bpy.context.view_layer))
-    return [s for s in state.read_by_drivers(others) if s.uid not in given]
+    return [s for s in outputs.read_by_drivers(others) if s.uid not in given]
 
 
 class _Run:
@@ -189,9 +191,7 @@ class _Run:
 
     def run(self) -> Generator[Progress, None, None]:
         scene = self._scene
-        frame_before, subframe_before = scene.frame_current, scene.frame_subframe
         handlers.restore_handlers()
-        state.CACHE.running = True
         # Other code may change the scene at a frame in ways that Blender does not report.
         alone = not handlers.has_other_frame_handlers()
         removed = explained(
@@ -199,7 +199,7 @@ class _Run:
             ReferenceError,
             raised=AngenError,
         )
-        try:
+        with running(), _same_frame_after(scene):
             with removed, _idle_outputs(self._runners) as driven:
                 agenda = Agenda(scene, self._runners, self._clock, self._first, self._last)
                 batches = alone and not driven and agenda.allows_batches
@@ -216,8 +216,6 @@ class _Run:
                 finally:
                     self._close_moving_scene()
             self._recording.frame_end = self._frame_end
-        finally:
-            _restore_frame(scene, frame_before, subframe_before)
 
     def _find_what_moves(self, frame: int, alone: bool, batches: bool) -> None:
         """Find at which frames the scene can change, and make the scene of moving objects."""
@@ -302,11 +300,8 @@ class _Run:
         """Evaluate the drivers that read outputs, if there are any (`driven`)."""
         # A later evaluation of them would count as an edit, after which all solids are listed anew.
         if driven:
-            state.CACHE.publishing = True
-            try:
+            with publishing():
                 evaluated_depsgraph()
-            finally:
-                state.CACHE.publishing = False
 
     def _frame(self, step: int) -> int:
         return self._clock.frame_and_subframe(step)[0]
@@ -346,7 +341,7 @@ class _Run:
             track.extend(frames, times, readings, pending.parameters)
         # Drivers see the new outputs from the next frame on.
         if driven:
-            state.show(sensor, bool(readings.active[-1]), float(readings.value[-1]))
+            outputs.show(sensor, bool(readings.active[-1]), float(readings.value[-1]))
 
 
 def _group_unchanged(steps: Index, fresh: NDArray[np.bool_]) -> Iterator[tuple[list[int], bool]]:
@@ -360,15 +355,16 @@ def _group_unchanged(steps: Index, fresh: NDArray[np.bool_]) -> Iterator[tuple[l
             yield steps[part].tolist(), bool(fresh[part[0]])
 
 
-def _restore_frame(scene: Any, frame: int, subframe: float) -> None:
-    """Set the scene to a frame, and then let the handlers work again."""
+@contextmanager
+def _same_frame_after(scene: Any) -> Iterator[None]:
+    """Context manager: on exit, set the scene to the frame at which it is on entry."""
+    frame, subframe = scene.frame_current, scene.frame_subframe
     try:
-        scene.frame_set(frame, subframe=subframe)
-    except ReferenceError:
-        # Another file was opened: the scene is gone.
-        pass
+        yield
     finally:
-        state.CACHE.running = False
+        # If another file was opened, the scene is gone.
+        with suppress(ReferenceError):
+            scene.frame_set(frame, subframe=subframe)
 
 
 @contextmanager
@@ -377,16 +373,16 @@ def _idle_outputs(runners: list[SensorRunner]) -> Iterator[bool]:
 
     If no driver reads outputs, do nothing. Yield whether any driver does.
     """
-    if not state.are_driven():
+    if not outputs.are_driven():
         yield False
         return
     sensors = [runner.sensor for runner in runners]
     before = [(sensor, sensor.settings.active, sensor.settings.value) for sensor in sensors]
     for sensor in sensors:
-        state.show(sensor, False, 0.0)
+        outputs.show(sensor, False, 0.0)
     try:
         yield True
     finally:
         with suppress(ReferenceError):
             for sensor, active, value in before:
-                state.show(sensor, active, value)
+                outputs.show(sensor, active, value)

@@ -17,12 +17,12 @@ import numpy as np
 
 from ...sensor_logic.kind import CROSSINGS, FORCES, POSES, RAYS
 from ...sensor_logic.model import Array
+from ..scene import outputs
 from ..scene.animation import action_curves, all_animated, time_stretch
 from ..scene.light.changes import SHADING
 from ..scene.surfaces import SURFACES
 from ..scene.timed import is_timeless_driver
 from ..scene.timed import reasons as timed_reasons
-from . import state
 
 # Quantities that do not depend on datablocks of the types in SHADING, unless a driver reads one.
 BLIND_TO_SHADING = {RAYS, CROSSINGS, FORCES, POSES} | {
@@ -95,7 +95,7 @@ def find_stillness(scene: Any, needs: Iterable[str], other_handlers: bool = Fals
         for target in _targets(curve.driver)
     )
     reasons = ["a script has added a frame change handler"] if other_handlers else []
-    if state.are_driven():
+    if outputs.are_driven():
         reasons.append("drivers read the outputs of sensors")
     reasons += [
         *_driver_reasons(owners, shading),
@@ -134,7 +134,7 @@ def _affects_sensors(owner: Any, curve: Any, shading: bool) -> bool:
         return True
     if isinstance(owner, SHADING):
         return str(curve.data_path).startswith("angen_")
-    return curve.data_path not in {state.ACTIVE_PATH, state.VALUE_PATH}
+    return curve.data_path not in {outputs.ACTIVE_PATH, outputs.VALUE_PATH}
 
 
 def _busy_spans(owner: Any, shading: bool) -> Array:

@@ -19,14 +19,14 @@ from bpy.types import Context, Event, Gizmo, GizmoGroup
 from bpy_extras.view3d_utils import location_3d_to_region_2d
 from mathutils import Matrix, Vector
 
-from ...sensor_logic.error import AngenError, explained
+from ...sensor_logic.logs.error import AngenError, explained
 from ...sensor_logic.model import Array, Pose, pose_from_matrix
-from ..kinds import appearance_of
-from ..runtime import state
+from ..appearance.appearance import appearance_of
+from ..appearance.handles import Handle, SizeHandle
+from ..runtime.running import is_running
 from ..scene.lengths import lengths_of
 from ..scene.sensors import Sensor, unit_scale
 from .active import active_sensor
-from .handles import Handle, SizeHandle
 
 # The greatest number of handles of a kind.
 MOST = 6
@@ -66,7 +66,7 @@ def sensor_with_handles(context: Any) -> Sensor | None:
     settings, obj = context.scene.angen_overlay, context.view_layer.objects.active
     if not (settings.show and settings.handles) or context.mode != "OBJECT" or obj is None:
         return None
-    if state.CACHE.running or not obj.select_get():
+    if is_running() or not obj.select_get():
         return None
     sensor = active_sensor(context)
     is_free = sensor is not None and not sensor.holders and sensor.object.is_editable

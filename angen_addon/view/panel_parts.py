@@ -8,8 +8,8 @@ from typing import Any
 
 import bpy
 
-from ...sensor_logic.wording import capital
-from ..runtime import state
+from ...sensor_logic import progress
+from ...sensor_logic.logs.wording import capital
 from ..scene.lengths import SPEED, in_units, with_unit
 from ..scene.sensors import unit_scale
 
@@ -56,17 +56,15 @@ def has_name_column() -> bool:
 
 def draw_progress(layout: Any, operator: str) -> bool:
     """Draw the progress of `operator` if it is running; return whether it is running."""
-    working = state.CACHE.working
-    if working is None or working[0] != operator:
+    working = progress.working
+    if working is None or working.operator != operator:
         return False
-    _, share, text = working
-    far, _, doing = text.partition("\n")
     # In a row, beside other buttons, the texts would cut each other.
     layout = layout.column(align=True)
-    layout.progress(text=f"{far}. Esc ends", factor=share)
-    if doing:
+    layout.progress(text=f"{working.far}. Esc ends", factor=working.share)
+    if working.doing:
         # The bar is too narrow for this text.
-        layout.label(text=capital(doing))
+        layout.label(text=capital(working.doing))
     return True
 
 

@@ -9,13 +9,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-from ...sensor_logic.kind import Field, Kind
+from ...sensor_logic import progress
+from ...sensor_logic.kind import Kind
+from ...sensor_logic.logs.fields import Field
+from ...sensor_logic.logs.wording import NOTHING, capital
 from ...sensor_logic.model import NOT_YET, Reading
 from ...sensor_logic.physics import waiting
-from ...sensor_logic.wording import NOTHING, capital
-from ..runtime import playhead, state
+from ..runtime import playhead
+from ..runtime.edits import EDITS
 from ..runtime.live import LIGHT_AT_REST, LIGHT_BEFORE
 from ..runtime.playhead import Playhead, PlayheadReading
+from ..runtime.running import is_running
 from ..scene.lengths import lengths_of
 from ..scene.sensors import Sensor
 
@@ -85,10 +89,11 @@ class ReadingTexts:
         """Return the texts for a sensor's reading. If there is no reading, the texts say why."""
         if not sensor.settings.enabled:
             return ReadingText("Off", OFF)
-        if state.CACHE.running:
+        if is_running():
             # During a run the readings belong to the frame before it.
-            what = state.CACHE.working
-            text = "Measuring" if what and what[0] == "angen.measure_light" else "Simulating"
+            work = progress.working
+            measures = work is not None and work.operator == "angen.measure_light"
+            text = "Measuring" if measures else "Simulating"
             return ReadingText(text, UNKNOWN, brief=NOTHING)
         quantity = sensor.reading
         found = self._playhead.of(sensor, quantity)
@@ -103,7 +108,7 @@ class ReadingTexts:
     def source(self, sensor: Sensor) -> Any:
         """Return a value that changes whenever the sensor's icon or `short` text may change."""
         source = self._playhead.source(sensor, LEAST_AGE_IN_SHORT)
-        return sensor.settings.enabled, state.CACHE.running, state.CACHE.revision, source
+        return sensor.settings.enabled, is_running(), EDITS.revision, source
 
 
 def reading_text(sensor: Sensor, scene: Any) -> ReadingText:

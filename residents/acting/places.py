@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...sensor_logic.model import Array
-from .ways import Floor
+from .path_search import Floor
 
 STAND, SIT, LIE, USE = "STAND", "SIT", "LIE", "USE"
 DOOR, LAMP, TAP, APPLIANCE = "DOOR", "LAMP", "TAP", "APPLIANCE"

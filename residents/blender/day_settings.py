@@ -18,7 +18,7 @@ from bpy.props import (
 from bpy.types import ID, Action, Material, Object, PropertyGroup, Text
 
 from ...angen_addon.relative_path import RELATIVE_PATH
-from ...sensor_logic.formats import FORMATS
+from ...sensor_logic.logs.formats import FORMATS
 
 # Bits of the formats as stored in blend files: never renumber them.
 BITS = {
@@ -66,12 +66,14 @@ class AngenDone(PropertyGroup):
 class AngenEarlier(PropertyGroup):
     """A datablock as it was before a day was shown: its action, and other values as JSON.
 
-    `owner` is an object or a light, or the world of a node tree. If `of_data` is set, the values
-    are of the object's light. Pointers know datablocks by identity, also after saving.
+    `owner` is a datablock. If `of_data` is set, the values are of the object's light; if `of_tree`
+    is set, of the node tree of that light, material or world. Pointers know datablocks by identity,
+    also after saving.
     """
 
     owner: PointerProperty(type=ID)
     of_data: BoolProperty()
+    of_tree: BoolProperty()
     action: PointerProperty(type=Action)
     values: StringProperty()
 

@@ -12,11 +12,11 @@ import bpy
 
 from ...angen_addon.recording.fingerprint import Fingerprint, digest, key_of
 from ...angen_addon.recording.followed_map import FollowedResult
-from ...angen_addon.runtime import state
+from ...angen_addon.recording.results import FOLLOWED, RESULTS
 from ...angen_addon.scene.facts import part_facts
-from ...sensor_logic.error import InputError
-from ...sensor_logic.files import read_text
-from ...sensor_logic.wording import listed
+from ...sensor_logic.logs.error import InputError
+from ...sensor_logic.logs.files import read_text
+from ...sensor_logic.logs.wording import listed
 
 # Settings of the panel on which the list depends, apart from the routine.
 SETTINGS = ("date", "number", "seed")
@@ -65,13 +65,13 @@ def _mark_of(obj: Any) -> dict[str, str]:
 
 def note_read(scene: Any) -> None:
     """Remember that the day was read with the present settings, in the home as it is now."""
-    scene.angen_day.read_with = json.dumps(_asked(scene))
+    scene.angen_day.read_with = json.dumps(_settings_of(scene))
     note_home(scene)
 
 
 def note_home(scene: Any) -> None:
     """Remember the home as it is now; later edits make the list of the day stale."""
-    state.CACHE.note_result(scene, bpy.context.evaluated_depsgraph_get(), FollowedDay)
+    RESULTS.note_result(scene, bpy.context.evaluated_depsgraph_get(), FollowedDay)
 
 
 def why_stale(scene: Any) -> str:
@@ -79,22 +79,22 @@ def why_stale(scene: Any) -> str:
     day = scene.angen_day
     if not day.done:
         return ""
-    followed = state.CACHE.result(scene, FollowedDay)
+    followed = RESULTS.result(scene, FollowedDay)
     if not day.read_with or followed is None:
         return "it was read by an earlier version of Ängen Sensors"
-    was, now = json.loads(day.read_with), _asked(scene)
+    was, now = json.loads(day.read_with), _settings_of(scene)
     changed = [day.bl_rna.properties[name].name for name in now if now[name] != was.get(name)]
     return f"changed since: {listed(changed, 3)}" if changed else followed.stale
 
 
 def verify(scene: Any) -> None:
     """Compare the whole home with the home of the list, because Blender does not tell all edits."""
-    followed = state.CACHE.result(scene, FollowedDay)
+    followed = RESULTS.result(scene, FollowedDay)
     if followed is not None:
         followed.verify(scene, bpy.context.evaluated_depsgraph_get())
 
 
-def _asked(scene: Any) -> dict[str, Any]:
+def _settings_of(scene: Any) -> dict[str, Any]:
     """Return the settings on which the list depends, by the names of the properties."""
     day = scene.angen_day
     return {"routine": _routine(day), **{name: getattr(day, name) for name in SETTINGS}}
@@ -126,4 +126,4 @@ def _digest_of_file(path: Path, _changed: int, _size: int) -> str:
     return digest(read_text(path))
 
 
-state.FOLLOWED.append(FollowedDay)
+FOLLOWED.append(FollowedDay)

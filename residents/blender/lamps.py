@@ -283,7 +283,7 @@ def unswitchable(lamps: Iterable[Any], depsgraph: Any) -> Iterator[Finding]:
     for lamp in lamps:
         found, members = shining(lamp), family_of(lamp)
         modified = [one for one in members if _glows_by_modifiers(one, depsgraph)]
-        linked = [one for one in found if one.library is not None]
+        linked = [one for one in found if one.library is not None and not _is_keyable(one)]
         whole = [*members, *chain(lamp)]
         around = [over for over, part in instanced if part in found and over not in whole]
         inside = [part for over, part in instanced if over in members and part not in members]
@@ -324,6 +324,11 @@ def unswitchable(lamps: Iterable[Any], depsgraph: Any) -> Iterator[Finding]:
                 "Make the instance real (Ctrl+A), and mark each lamp",
                 (lamp.name, around[0].name),
             )
+
+
+def _is_keyable(linked: Any) -> bool:
+    """Return whether a day can switch an object of another file, whose data it cannot exchange."""
+    return linked.type == "LIGHT" and not _is_driven(linked.data)
 
 
 def _glows_by_modifiers(obj: Any, depsgraph: Any) -> bool:

@@ -8,16 +8,18 @@ from dataclasses import replace
 from functools import partial
 from typing import Any, TypeVar
 
+import bpy
 import numpy as np
 
-from ...angen_addon.progress import Doing, Work, finished, part_of, saying
-from ...angen_addon.scene.evaluated_home import EvaluatedHome
+from ...angen_addon.scene.home.evaluated_home import EvaluatedHome
 from ...angen_addon.scene.sensors import assigned_room, is_placed
-from ...sensor_logic.error import AngenError, InputError
+from ...sensor_logic.logs.error import AngenError, InputError
+from ...sensor_logic.logs.wording import named
 from ...sensor_logic.model import Array
+from ...sensor_logic.progress import Doing, Work, finished, part_of, saying
 from ..acting.places import DOOR, LAMP, MOVED, STAND, Door, LampPlace, Place, Places
 from .lamps import lamp_of
-from .marks import MarkedObject, door_of, marked
+from .marks import NONE, MarkedObject, door_of, marked
 from .standing import REACH_M, place_of, storey_index, walkable_home, walkable_storeys
 
 T = TypeVar("T")
@@ -50,6 +52,13 @@ class HomeMarks:
         """
         objects = marked(depsgraph.view_layer)
         if not objects:
+            inside = [o.name for o in bpy.data.objects if o.angen_place.use != NONE]
+            if inside:
+                raise InputError(
+                    f"the marks of {named(inside)} are in instances, in unticked collections or in "
+                    "another scene: make instances real (Ctrl+A) or a library override of them, or "
+                    "tick the collections"
+                )
             raise InputError(
                 "nothing is marked: choose what residents do with an object in the panel "
                 "Resident's Place (Physics tab, or the sidebar's tab Sensors)"
@@ -110,9 +119,9 @@ class HomeMarks:
         """Add the lines of shut doors to the storeys, so that nobody stands on these lines."""
         lines = [(door.storey, door.line(door.closed)) for door in doors if door.use == DOOR]
         self.grounds = [
-            replace(ground, doorways=np.concatenate([np.empty((0, 2)), *of_it]))
+            replace(ground, doorways=np.concatenate([np.empty((0, 2)), *shut]))
             for number, ground in enumerate(self.grounds)
-            for of_it in [[line for storey, line in lines if storey == number]]
+            for shut in [[line for storey, line in lines if storey == number]]
         ]
 
     def _needs_standing_point(self, obj: Any, lamps: dict[str, LampPlace]) -> bool:

@@ -11,10 +11,11 @@ import numpy as np
 from bpy.props import BoolProperty
 from mathutils import Matrix, Vector
 
-from ...angen_addon.runtime import state
+from ...angen_addon.runtime.running import is_running
+from ...angen_addon.scene import memory
 from ...angen_addon.scene.sensors import unit_scale
 from ...angen_addon.view.overlay.settings import redraw_views
-from ...sensor_logic.error import AngenError
+from ...sensor_logic.logs.error import AngenError
 from ...sensor_logic.model import Array
 from ..acting.places import CURTAIN, DOOR, LAMP, LIE, SIT, STAND
 from .marks import FACING, NONE, SLIDES, facing_of, leaf_of, marked, opening_angle
@@ -127,11 +128,22 @@ def shown(context: Any) -> list[Any]:
     return [o for o in context.selected_objects if o.angen_place.use != NONE]
 
 
+# The batch of lines that was drawn last, and what it depends on.
+_drawn: tuple[Any, Any] | None = None
+
+
+@memory.forgets_at_undo
+def _forget() -> None:
+    global _drawn
+    _drawn = None
+
+
 def draw() -> None:
     """Draw the arrows; no data of the file change."""
+    global _drawn
     context = bpy.context
     scene, space = context.scene, context.space_data
-    if not scene.angen_overlay.show or not space.overlay.show_overlays or state.CACHE.running:
+    if not scene.angen_overlay.show or not space.overlay.show_overlays or is_running():
         return
     objects = [o for o in shown(context) if o.visible_in_viewport_get(space)]
     if not objects:
@@ -141,13 +153,13 @@ def draw() -> None:
     shader = gpu.shader.from_builtin("POLYLINE_SMOOTH_COLOR")
     metres = unit_scale(scene)
     known = metres, *(_signature(obj) for obj in objects)
-    if state.CACHE.arrows is None or state.CACHE.arrows[0] != known:
-        state.CACHE.arrows = known, _batch(objects, metres, shader)
+    if _drawn is None or _drawn[0] != known:
+        _drawn = known, _batch(objects, metres, shader)
     gpu.state.blend_set("ALPHA")
     gpu.state.depth_test_set("LESS_EQUAL")
     shader.uniform_float("viewportSize", gpu.state.viewport_get()[2:])
     shader.uniform_float("lineWidth", LINE_WIDTH * context.preferences.system.ui_scale)
-    state.CACHE.arrows[1].draw(shader)
+    _drawn[1].draw(shader)
     gpu.state.depth_test_set("NONE")
     gpu.state.blend_set("NONE")
 

@@ -14,7 +14,8 @@ from typing import Any
 
 import bpy
 
-from ...angen_addon.runtime import state
+from ...angen_addon.recording.results import RESULTS
+from ...angen_addon.scene.animation import all_animated
 from ...angen_addon.scene.light.scene import remove_part_starts
 from ..acting.places import Places
 from ..acting.timeline import Acted
@@ -60,12 +61,14 @@ def show(
         "followed": scene.angen_day.followed,
         "site": site_values(scene),
     }
-    state.CACHE.set_aside(scene)
+    RESULTS.set_aside(scene)
     scene.angen_day.before = json.dumps(before)
     _note_home(scene, owners, daylight)
     scene.angen_day.rests = rests(acted, max(start - AROUND_S, 0.0), end + AROUND_S)
     keys = KeyedStretch(residents, places)
-    for owner in owners:
+    # What else moves or changes by itself, such as shape keys, is held as in a run of days.
+    others = _note_others(scene, owners, daylight)
+    for owner in (*owners, *others):
         data = owner.animation_data
         if data is not None:
             data.action, data.use_nla = None, False
@@ -105,7 +108,10 @@ def leave(scene: Any) -> list[str]:
     day = scene.angen_day
     before = json.loads(day.before)
     lent = [Lent(*(getattr(one, name) for name in Lent._fields)) for one in day.lent]
-    earlier = [(one.owner, one.of_data, one.action, json.loads(one.values)) for one in day.earlier]
+    earlier = [
+        (one.owner, one.of_data, one.of_tree, one.action, json.loads(one.values))
+        for one in day.earlier
+    ]
     day.before, day.followed = "", before.get("followed", "")
     # The pointers count as users.
     day.lent.clear()
@@ -113,9 +119,9 @@ def leave(scene: Any) -> list[str]:
     remove_part_starts(scene)
     give_back(lent)
     changed = []
-    for owner, of_data, action, values in earlier:
+    for owner, of_data, of_tree, action, values in earlier:
         part = owner.data if of_data and owner is not None else owner
-        part = part.node_tree if isinstance(part, bpy.types.World) else part
+        part = part.node_tree if of_tree and part is not None else part
         if part is not None and not _restore(part, action, values):
             changed.append(owner.name)
     for action in [action for action in bpy.data.actions if DAY_MARK in action]:
@@ -124,7 +130,7 @@ def leave(scene: Any) -> list[str]:
         setattr(scene.render, name, value)
     # Files of earlier versions have no start.
     scene.angen_start = before.get("start", scene.angen_start)
-    state.CACHE.take_back(scene)
+    RESULTS.take_back(scene)
     wanted = before["range"]
     scene.frame_end, scene.frame_start = wanted["frame_end"], wanted["frame_start"]
     scene.frame_end, scene.use_preview_range = wanted["frame_end"], wanted["use_preview_range"]
@@ -175,20 +181,43 @@ def _note_home(scene: Any, owners: Iterable[Any], daylight: Daylight) -> None:
         _note(scene, tree, scene.world, {"values": values, "bones": {}})
 
 
-def _note(scene: Any, owner: Any, pointed: Any, found: dict[str, Any]) -> None:
-    """Store a datablock's values `found` and its animation; `pointed` leads to the datablock."""
+def _note_others(scene: Any, owners: Collection[Any], daylight: Daylight) -> list[Any]:
+    """Store the animation of datablocks other than `owners` and the sky; return the datablocks."""
+    noted = {*owners, *(tree for tree, *_ in daylight.skies())}
+    others = [o for o in all_animated() if o.library is None and o not in noted]
+    data = bpy.data
+    trees = {
+        block.node_tree: block
+        for group in (data.lights, data.materials, data.worlds)
+        for block in group
+        if block.node_tree is not None
+    }
+    users = {obj.data: obj for obj in scene.objects if obj.type == "LIGHT"}
+    found = []
+    for owner in others:
+        holder = trees.get(owner, owner)
+        # Compositors, for example, have no part in a day.
+        if holder is not owner or not owner.is_embedded_data:
+            _note(scene, owner, users.get(holder, holder), {"values": {}, "bones": {}})
+            found.append(owner)
+    return found
+
+
+def _note(scene: Any, owner: Any, pointed: Any, values: dict[str, Any]) -> None:
+    """Store `values` of a datablock, and its animation; `pointed` leads to the datablock."""
     data = owner.animation_data
     slot = getattr(data, "action_slot", None) if data else None
     stored = scene.angen_day.earlier.add()
     stored.owner = pointed
-    stored.of_data = isinstance(owner, bpy.types.Light) and pointed != owner
+    stored.of_data = isinstance(pointed, bpy.types.Object) and pointed != owner
+    stored.of_tree = isinstance(owner, bpy.types.NodeTree) and pointed != owner
     stored.action = data.action if data else None
     animation = {
         "animated": data is not None,
         "slot": slot.handle if slot is not None else 0,
         "use_nla": data.use_nla if data is not None else True,
     }
-    stored.values = json.dumps(found | animation)
+    stored.values = json.dumps(values | animation)
 
 
 def _property_values(part: Any) -> dict[str, Any]:

@@ -9,7 +9,8 @@ from typing import Any
 import bpy
 from bpy.app.handlers import persistent
 
-from ...angen_addon.runtime import handlers, state
+from ...angen_addon.runtime import handlers
+from ...angen_addon.runtime.running import is_running
 from ..acting.timeline import Acted
 from ..days.rows import frame_at
 
@@ -54,7 +55,7 @@ def _jump(scene: Any, _depsgraph: Any = None) -> None:
     global _last
     frame, before = scene.frame_current, _last
     _last = frame
-    if scene.angen_day.before and not state.CACHE.running:
+    if scene.angen_day.before and not is_running():
         there = playback_frame(scene, frame, back=frame == before - 1)
         if there != frame:
             scene.frame_current = _last = there

@@ -13,7 +13,7 @@ from ...angen_addon.doctor.examined import Examined
 from ...angen_addon.scene.animation import LAST_PART, PLACE
 from ...angen_addon.scene.instances import chain
 from ...angen_addon.scene.lengths import lengths_of
-from ...sensor_logic.wording import named
+from ...sensor_logic.logs.wording import named
 from ..acting.places import MOVED
 from .marks import marked
 from .person import body_of
@@ -25,12 +25,18 @@ Finding = tuple[str, str, tuple[str, ...]]
 UNEVEN, APART = 1e-3, 0.01
 
 
-def unmovable(objects: Iterable[Any]) -> Iterator[Finding]:
-    """Yield a finding for each object that its parent or a constraint keeps from its place."""
+def unmovable(objects: Iterable[Any], are_upright: bool = True) -> Iterator[Finding]:
+    """Yield a finding for each object that its parent or a constraint keeps from its place.
+
+    Objects that are upright turn about the vertical alone, unlike things in hands.
+    """
     for obj in objects:
-        uneven = np.array(above(obj))[:3, :3]
-        sizes = np.linalg.svd(uneven, compute_uv=False)
-        if sizes[0] - sizes[-1] > UNEVEN * sizes[0]:
+        axes = np.array(above(obj))[:3, :3]
+        square = axes @ axes.T
+        # Of upright things only the scales along x and y must be the same.
+        height = square[2, 2] if are_upright else square[0, 0]
+        even = np.diag([square[0, 0], square[0, 0], height])
+        if np.abs(square - even).max() > 2.0 * UNEVEN * np.abs(square).max():
             over = obj.parent.name
             yield (
                 f"'{obj.name}' cannot turn without distortion: what is above it, '{over}', is "

@@ -8,14 +8,14 @@ from bpy.props import EnumProperty
 from bpy.types import Context, Operator
 
 from ...angen_addon.authoring.presets import select_only
-from ...angen_addon.progress import Work
-from ...angen_addon.runtime import state
+from ...angen_addon.scene import memory
 from ...angen_addon.scene.lengths import lengths_of
 from ...angen_addon.scene.sensors import unit_scale
 from ...operators.long_work import LongWork
 from ...operators.polls import can_add, is_idle
-from ...sensor_logic.error import AngenError
-from ...sensor_logic.wording import capital
+from ...sensor_logic.logs.error import AngenError
+from ...sensor_logic.logs.wording import capital
+from ...sensor_logic.progress import Work
 from ..acting import places as known
 from ..blender import reachable
 from ..blender.marks import LABELS, NONE, USES, guess
@@ -26,6 +26,17 @@ POINTS = (known.STAND, known.SIT, known.LIE, known.USE, known.TAP, known.APPLIAN
 # m: size of the empty.
 SHOWN_M = 0.1
 POINT_ITEMS = [item for item in USES if item[0] in POINTS]
+
+
+# What the last Check Places found, as a summary and as lines; None before it.
+checked: tuple[str, tuple[str, ...]] | None = None
+
+
+@memory.forgets_at_load
+def forget() -> None:
+    """Forget the findings, which are about the open file."""
+    global checked
+    checked = None
 
 
 class ANGEN_OT_place_point(Operator):
@@ -90,11 +101,12 @@ class ANGEN_OT_places_check(LongWork, Operator):
             raise AngenError(capital(str(error))) from None
         return found
 
-    def _finish(self, context: Context, checked: Checked) -> None:
-        reachable.show(context.scene, checked.places, checked.lost)
-        found = sentences(checked, lengths_of(context.scene))
-        state.CACHE.places = checked.count, tuple(found)
-        self.report({"WARNING" if found else "INFO"}, checked.count)
+    def _finish(self, context: Context, result: Checked) -> None:
+        global checked
+        reachable.show(context.scene, result.places, result.lost)
+        found = sentences(result, lengths_of(context.scene))
+        checked = result.count, tuple(found)
+        self.report({"WARNING" if found else "INFO"}, result.count)
 
 
 register, unregister = bpy.utils.register_classes_factory(

@@ -11,7 +11,6 @@ from typing import Any
 import bpy
 from bpy.types import Context, Panel
 
-from ...angen_addon.runtime import state
 from ...angen_addon.scene.instances import is_sensor
 from ...angen_addon.view.panel_parts import (
     ClosedSidebar,
@@ -23,6 +22,7 @@ from ...angen_addon.view.panel_parts import (
 )
 from ..acting.places import DOOR, DRAWER, LAMP, MOVED
 from ..blender.marks import FACING, NONE, WITH_DISTANCE, describe_leaf, marked
+from ..operators import places
 
 MOST = 6
 
@@ -94,10 +94,10 @@ class ANGEN_PT_places(ClosedSidebar, Panel):
         row.active = context.scene.angen_overlay.show
         row.prop(context.scene, "angen_show_places", text="", icon="HIDE_OFF", toggle=True)
         count = len(marked(context.view_layer))
-        if state.CACHE.places is None:
+        if places.checked is None:
             layout.label(text=f"{count} marked, not checked", icon="INFO")
             return
-        count_text, found = state.CACHE.places
+        count_text, found = places.checked
         draw_lines(layout, count_text, "ERROR" if found else "CHECKMARK")
         for text in found[:MOST]:
             draw_lines(layout, text, "ERROR")

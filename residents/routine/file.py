@@ -8,8 +8,8 @@ from datetime import date, datetime
 from itertools import product
 from typing import Any
 
-from ...sensor_logic.error import InputError
-from ...sensor_logic.toml_table import (
+from ...sensor_logic.logs.error import InputError
+from ...sensor_logic.logs.toml_table import (
     TomlTable,
     calendar_date,
     flag,
@@ -35,6 +35,7 @@ from .routine import (
     Person,
     Routine,
     RoutineActivity,
+    Spread,
     seconds,
     time_of_day,
 )
@@ -200,10 +201,7 @@ def _plan(table: TomlTable, persons: Any, activities: set[str]) -> FixedPoints:
     entries = []
     for row in table.tables("entries"):
         at = row.take("at", time_of_day)
-        until = row.take("until", time_of_day, None)
-        lasts = row.take("lasts", _positive, None)
-        if (until is None) == (lasts is None):
-            raise row.error("an entry must have either 'lasts' or 'until', and not both")
+        lasts, until = _lasts_or_until(row)
         if until is not None and until <= at:
             until += DAY
         entries.append(
@@ -213,7 +211,7 @@ def _plan(table: TomlTable, persons: Any, activities: set[str]) -> FixedPoints:
                 row.take("spread", seconds, 0.0),
                 lasts,
                 until,
-                row.take("varies", number(0, 3), VARIES),
+                row.take("varies", _spread, (VARIES, VARIES)),
                 row.take("chance", number(0, 1), 1.0),
                 row.where(),
             )
@@ -223,6 +221,22 @@ def _plan(table: TomlTable, persons: Any, activities: set[str]) -> FixedPoints:
     return FixedPoints(person, days, tuple(entries))
 
 
+def _regular(row: TomlTable) -> tuple[tuple[float, float], float]:
+    """Return how often a choice is usual, and how much its weight depends on it."""
+    if ("usual" in row.values) != ("regular" in row.values):
+        raise row.error("give both 'usual' and 'regular', or neither")
+    return row.take("usual", _usual, (0.0, 0.0)), row.take("regular", number(0, 100), 0.0)
+
+
+def _lasts_or_until(row: TomlTable) -> tuple[float | None, float | None]:
+    """Return the duration of an entry or choice, or the time of day at which it ends."""
+    lasts = row.take("lasts", _positive, None)
+    until = row.take("until", time_of_day, None)
+    if (until is None) == (lasts is None):
+        raise row.error("give either 'lasts' or 'until', and not both")
+    return lasts, until
+
+
 def _filler(table: TomlTable, persons: Any, activities: set[str]) -> Filler:
     person, days = table.one_of("person", persons), _days(table)
     begins, ends = table.take("between", _between)
@@ -230,14 +244,37 @@ def _filler(table: TomlTable, persons: Any, activities: set[str]) -> Filler:
     for name, row in table.named("choose"):
         if name not in activities:
             raise row.error(f"the activity {name!r} is unknown; {suggestion(name, activities)}")
-        weight = row.take("weight", number(0, 1e6))
-        varies = row.take("varies", number(0, 3), VARIES)
-        choices.append(Pastime(name, weight, row.take("lasts", _positive), varies))
+        lasts, until = _lasts_or_until(row)
+        choices.append(
+            Pastime(
+                name,
+                row.take("weight", number(0, 1e6)),
+                lasts,
+                row.take("varies", _spread, (VARIES, VARIES)),
+                until,
+                row.take("spread", seconds, 0.0),
+                _after(row, activities),
+                *_regular(row),
+            )
+        )
         row.finish()
     if sum(choice.weight for choice in choices) <= 0:
         raise table.error("no activity can be chosen: give at least one a weight above 0")
     table.finish()
     return Filler(person, days, begins, ends, tuple(choices))
+
+
+def _after(row: TomlTable, activities: set[str]) -> dict[str, float]:
+    """Return the weights of a filler's choice after each of some activities."""
+    found: dict[str, float] = {}
+    weights = row.below(row.take("after", dict, {}), "after")
+    for name in weights.values:
+        if name not in activities:
+            raise weights.error(
+                f"the activity {name!r} is unknown; {suggestion(name, activities)}", name
+            )
+        found[name] = weights.take(name, number(0, 1e6))
+    return found
 
 
 def _interruption(table: TomlTable, persons: Any, activities: set[str]) -> Interruption:
@@ -247,7 +284,7 @@ def _interruption(table: TomlTable, persons: Any, activities: set[str]) -> Inter
         table.one_of("activity", activities),
         table.take("times", number(0, 100)),
         table.take("lasts", _positive),
-        table.take("varies", number(0, 3), VARIES),
+        table.take("varies", _spread, (VARIES, VARIES)),
     )
     table.finish()
     return found
@@ -274,6 +311,26 @@ def _positive(value: Any) -> float:
     if not 0 < found <= 30 * DAY:
         raise ValueError(f"{value!r} must be above 0 and at most 30 days")
     return found
+
+
+def _spread(value: Any) -> Spread:
+    """Read the spread of a duration: a number, or one below and one above the median."""
+    if not isinstance(value, list):
+        return (number(0, 3)(value),) * 2
+    if len(value) != 2:
+        raise ValueError(f"{value!r} is not two numbers: below and above the median")
+    below, above = (number(0, 3)(one) for one in value)
+    return below, above
+
+
+def _usual(value: Any) -> tuple[float, float]:
+    """Read how often an activity has usually begun when a filler begins, and when it ends."""
+    if not isinstance(value, list) or len(value) != 2:
+        raise ValueError(f"{value!r} is not two numbers: when the filler begins, and when it ends")
+    before, later = (number(0, 1000)(one) for one in value)
+    if later < before:
+        raise ValueError(f"{value!r}: the second number is smaller than the first")
+    return before, later
 
 
 def _names_reader(known: Mapping[str, Sequence[int]], what: str) -> Callable[[Any], frozenset[int]]:

@@ -22,6 +22,11 @@ SEASONS = {
 DAY = 86_400.0
 # The activity of a person who is not at home.
 AWAY = "Away"
+# The spread of a log-normal duration: the standard deviations of its logarithm below and above the
+# median.
+Spread = tuple[float, float]
+# When the day begins in which activities are counted, s since midnight: as in surveys of time use.
+NEW_DAY = 4 * 3600.0
 
 
 @dataclass(frozen=True)
@@ -110,8 +115,8 @@ class FixedPoint:
     until : float or None
         The mean end, s since midnight; more than 24 h is on the next day. Its standard deviation
         is `spread` too.
-    varies : float
-        The standard deviation of the duration's logarithm.
+    varies : Spread
+        The spread of the duration.
     chance : float
         The probability that the entry happens on a day.
     where : str
@@ -123,7 +128,7 @@ class FixedPoint:
     spread: float
     lasts: float | None
     until: float | None
-    varies: float
+    varies: Spread
     chance: float
     where: str
 
@@ -141,14 +146,54 @@ class FixedPoints:
 class Pastime:
     """One of the activities from which a filler draws at random.
 
-    The probability is proportional to `weight`. The duration is log-normal, with the median `lasts`
-    (s) and the standard deviation `varies` of its logarithm.
+    The probability is proportional to the weight.
+
+    Attributes
+    ----------
+    weight : float
+        The weight after any activity that `after` does not name.
+    lasts : float or None
+        The median of the log-normally distributed duration, s. None if `until` is given.
+    varies : Spread
+        The spread of the duration.
+    until, spread : float
+        Mean and standard deviation of the end, s since midnight; `until` is None if `lasts` is
+        given.
+    after : mapping of str to float
+        The weight after each of some activities, by their names.
+    usual : tuple of float
+        How many times a day it has usually begun when the filler begins, and when it ends. A day
+        is from `NEW_DAY` to `NEW_DAY`.
+    regular : float
+        The share by which the weight grows for each time that it has begun less often than usual,
+        and shrinks for each time more.
     """
 
     activity: str
     weight: float
-    lasts: float
-    varies: float
+    lasts: float | None
+    varies: Spread
+    until: float | None = None
+    spread: float = 0.0
+    after: Mapping[str, float] = field(default_factory=dict)
+    usual: tuple[float, float] = (0.0, 0.0)
+    regular: float = 0.0
+
+    def weight_now(self, last: str, times: int, part: float) -> float:
+        """Return the weight at a time.
+
+        Parameters
+        ----------
+        last : str
+            The activity before.
+        times : int
+            How many times this activity has begun on the day.
+        part : float
+            The part of the filler that is over.
+        """
+        before, later = self.usual
+        missing = before + part * (later - before) - times
+        return self.after.get(last, self.weight) * max(1.0 + self.regular * missing, 0.0)
 
 
 @dataclass(frozen=True)
@@ -170,7 +215,7 @@ class Interruption:
     """An activity that interrupts another one, `during`, at random times.
 
     `times` is the mean number of interruptions each time that `during` is done. The duration is
-    log-normal, with the median `lasts` (s) and the standard deviation `varies` of its logarithm.
+    log-normal, with the median `lasts` (s) and the spread `varies`.
     """
 
     person: str
@@ -178,7 +223,7 @@ class Interruption:
     activity: str
     times: float
     lasts: float
-    varies: float
+    varies: Spread
 
 
 @dataclass(frozen=True)

@@ -13,14 +13,26 @@ import hashlib
 import io
 import math
 import random
+from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from datetime import date, datetime, time, timedelta
 from math import inf
 from statistics import NormalDist
 
-from ...sensor_logic.error import InputError, explained
-from .routine import AWAY, DAY, FixedPoint, Interruption, Person, Routine, Segment
+from ...sensor_logic.logs.error import InputError, explained
+from .routine import (
+    AWAY,
+    DAY,
+    NEW_DAY,
+    FixedPoint,
+    Interruption,
+    Pastime,
+    Person,
+    Routine,
+    Segment,
+    Spread,
+)
 
 # Random numbers for routines: one stream for each seed, person, date and purpose, so that another
 # day, person or entry changes nothing else. They are the same in every version of Python.
@@ -50,12 +62,15 @@ class Stream:
         value = _NORMAL.inv_cdf(min(max(self._uniform(), 1e-9), 1 - 1e-9))
         return min(max(value, -4.0), 4.0)
 
-    def log_normal(self, median: float, varies: float) -> float:
+    def log_normal(self, median: float, varies: float | Spread) -> float:
         """Draw a log-normal number with a median.
 
-        `varies` is the standard deviation of its logarithm.
+        `varies` is the standard deviation of its logarithm, or a pair of them: below and above the
+        median.
         """
-        return median * math.exp(varies * self.normal())
+        value = self.normal()
+        sigma = varies if isinstance(varies, float) else varies[value > 0]
+        return median * math.exp(sigma * value)
 
     def poisson(self, mean: float) -> int:
         """Draw a Poisson number by multiplying uniform numbers (Knuth), for small means."""
@@ -167,16 +182,20 @@ def _person_segments(
 ) -> Iterator[Segment]:
     """Yield what a person does, before interruptions and absences are applied."""
     now, doing = -DAY, person.begins
+    times: Counter[tuple[float, str]] = Counter()
     drawn = [_draw_plan_entries(routine, person, day, draws) for day in range(-1, days)]
     for day, points in enumerate(drawn, start=-1):
         filling = draws.stream(person.name, day, "filler")
         later = [*points, *(drawn[day + 2] if day + 2 < len(drawn) else ())]
         for number, point in enumerate([*points, None]):
-            until = (day + 1) * DAY if point is None else max(point.start, now)
+            # The next entry cuts an activity short, midnight does not.
+            cut = max(later[number].start, now) if number < len(later) else inf
+            until = (day + 1) * DAY if point is None else cut
             while now < until:
                 activity, end = _draw_filler(
-                    routine, person, draws.first, day, now, until, doing, filling
+                    routine, person, draws.first, day, now, until, cut, doing, times, filling
                 )
+                times[_counted(now, activity)] += activity != doing
                 yield Segment(now, end, person.name, activity)
                 now, doing = end, activity
             if point is None:
@@ -186,12 +205,18 @@ def _person_segments(
             end = min([end, *(other.latest for other in later[number + 1 :])])
             # Where the draws leave no time for it, the next one is late.
             end = max(end, now + point.least)
+            times[_counted(now, point.activity)] += point.activity != doing
             yield Segment(now, end, person.name, point.activity)
             now, doing = end, point.activity
             # A new stream after each fixed point: earlier draws change nothing later.
             filling = draws.stream(person.name, day, f"filler after {point.name}")
         if person.visitor:
             doing = AWAY
+
+
+def _counted(time: float, activity: str) -> tuple[float, str]:
+    """Return the day in which an activity that begins at a time is counted, with its name."""
+    return (time - NEW_DAY) // DAY, activity
 
 
 def _draw_plan_entries(
@@ -222,8 +247,8 @@ def _draw_plan_entry(entry: FixedPoint, name: str, midnight: float, stream: Stre
 
 
 def _draw_filler(
-    routine: Routine, person: Person, first: date, day: int, now: float, until: float,
-    doing: str, stream: Stream,
+    routine: Routine, person: Person, first: date, day: int, now: float, until: float, cut: float,
+    doing: str, times: Counter[tuple[float, str]], stream: Stream,
 ) -> tuple[str, float]:  # fmt: skip
     """Return an activity that a person does from `now` on, and its end, at most `until`.
 
@@ -236,15 +261,32 @@ def _draw_filler(
         # The filler of the previous day can last past midnight.
         for since in (day, day - 1):
             begins, ends = since * DAY + filler.begins, since * DAY + filler.ends
-            if first + timedelta(since) not in filler.days or ends <= now:
+            if ends <= now or begins >= soonest or first + timedelta(since) not in filler.days:
                 continue
             if begins > now:
-                soonest = min(soonest, begins)
+                soonest = begins
                 continue
-            choice = filler.choices[stream.weighted_choice([c.weight for c in filler.choices])]
-            lasts = max(stream.log_normal(choice.lasts, choice.varies), SHORTEST)
-            return choice.activity, min(now + lasts, until)
+            part = (now - begins) / (ends - begins)
+            weights = [
+                choice.weight_now(doing, times[_counted(now, choice.activity)], part)
+                for choice in filler.choices
+            ]
+            if sum(weights) <= 0:
+                # Nothing may follow what was done last, so it goes on.
+                soonest = min(soonest, ends)
+                continue
+            choice = filler.choices[stream.weighted_choice(weights)]
+            return choice.activity, min(_drawn_end(choice, now, stream), cut)
     return (AWAY if person.visitor else doing), soonest
+
+
+def _drawn_end(choice: Pastime, now: float, stream: Stream) -> float:
+    """Return when an activity that a filler chose `now` ends."""
+    if choice.until is None:
+        lasts = stream.log_normal(choice.lasts or 0.0, choice.varies)
+    else:
+        lasts = (choice.until - now) % DAY + choice.spread * stream.normal()
+    return now + max(lasts, SHORTEST)
 
 
 def _with_interruptions(

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..error import AngenError
+from ..logs.error import AngenError
 from ..model import Array
 
 # The directions in which bodies start, counter-clockwise from +X.
@@ -63,6 +63,11 @@ class Motion:
     walks: bool = True
 
     @property
+    def height(self) -> float:
+        """The height in m that `at_height` sets: of the top, or of the middle above the floor."""
+        return self.top if self.bottom == 0.0 else (self.bottom + self.top) / 2.0
+
+    @property
     def room(self) -> float:
         """The distance in m around the cell's centre that must be free for the body."""
         return self.radius or self.width / 2.0
@@ -78,11 +83,7 @@ class Motion:
         return self.reach + (self.step if self.walks else self.length)
 
     def at_height(self, height: float) -> Motion:
-        """Return the same motion at another height in m. Raise AngenError if that is impossible.
-
-        For a body on the floor, `height` is the height of its top. For a body above the floor, it
-        is the height of its middle.
-        """
+        """Return the same motion with another `height` in m. Raise AngenError if impossible."""
         if self.bottom == 0.0:
             low, high = 0.0, height
         else:

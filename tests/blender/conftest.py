@@ -248,7 +248,7 @@ class World:
 
     def log(self, recording: Any) -> list[list[str]]:
         """Return the rows of the event log, without the header."""
-        text = part("sensor_logic.log").events_csv(recording)
+        text = part("sensor_logic.recording.events").events_csv(recording)
         return [line.split(",") for line in text.splitlines()[1:]]
 
     def rays(self, obj: Any, number: int = 0) -> tuple[Any, Any, Any]:
@@ -368,10 +368,10 @@ def field(world: World) -> Iterator[Callable[..., Any]]:
 
     With a frame it follows as in playback, without one as with the playhead at rest.
     """
-    state = part("angen_addon.runtime.state").CACHE
+    refresh = part("angen_addon.view.overlay.refresh")
     live_of = part("angen_addon.runtime.live").live_of
     sensors = part("angen_addon.view.overlay.picture")
-    made = state.overlay = sensors.DrawnSensors(world.scene)
+    made = refresh.overlay = sensors.DrawnSensors(world.scene)
 
     def follow(frame: float | None = None, publish: bool = True) -> Any:
         scene, layer = world.scene, world.bpy.context.view_layer
@@ -386,4 +386,4 @@ def field(world: World) -> Iterator[Callable[..., Any]]:
         return made
 
     yield follow
-    state.overlay = None
+    refresh.discard()

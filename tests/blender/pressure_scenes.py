@@ -232,9 +232,9 @@ class Physics:
 
 def live_problem(name: str) -> str:
     """Return why the live reading of a sensor is not valid; "" if it is."""
-    from bl_ext.user_default.angen_sensors.angen_addon.runtime import state
+    from bl_ext.user_default.angen_sensors.angen_addon.runtime.live import known_live
 
-    live = state.CACHE.live
+    live = known_live()
     return str(live.problems.get(name, "")) if live else "no live sensing"
 
 

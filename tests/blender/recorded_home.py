@@ -9,18 +9,18 @@ ADDON = "bl_ext.user_default.angen_sensors"
 ops = bpy.ops.angen
 
 
-def cache():
-    return import_module(f"{ADDON}.angen_addon.runtime.state").CACHE
+def results():
+    return import_module(f"{ADDON}.angen_addon.recording.results").RESULTS
 
 
 def stale():
     """Return why the recording is stale; "" if it is fresh, None without one."""
-    kept = cache().kept(bpy.context.scene)
+    kept = results().kept(bpy.context.scene)
     return kept.stale if kept is not None else None
 
 
 def columns():
-    recording = cache().kept(bpy.context.scene).recording
+    recording = results().kept(bpy.context.scene).recording
     return {
         name: [track.frames, track.times, track.active, track.value]
         for name, track in recording.tracks.items()

@@ -32,7 +32,9 @@ def sensor():
 
 
 def recording():
-    return import_module(f"{ADDON}.angen_addon.runtime.state").CACHE.recording(bpy.context.scene)
+    return import_module(f"{ADDON}.angen_addon.recording.results").RESULTS.recording(
+        bpy.context.scene
+    )
 
 
 def points(curve):

@@ -212,6 +212,19 @@ def test_a_file_without_sensors(world, command, tmp_path):
     assert "bare.blend has no sensors" in command("simulate")[2]
 
 
+def test_a_file_whose_sensors_are_elsewhere(world, command, tmp_path):
+    layer, sensor = world.bpy.context.view_layer, world.pir()
+    drafts = world.aside("drafts", sensor)
+    world.scene.collection.children.link(drafts)
+    layer.layer_collection.children["drafts"].exclude = True
+    save(tmp_path, "bare.blend")
+    assert "tick the collections of 'pir' in the Outliner" in one_line(command("simulate")[2])
+    world.scene.collection.children.unlink(drafts)
+    world.bpy.data.scenes.new("Flat").collection.children.link(drafts)
+    save(tmp_path, "bare.blend")
+    assert "its scene 'Flat' has sensors: save the file with" in one_line(command("simulate")[2])
+
+
 def test_no_file_at_all(world, command):
     world.switch()
     status, _, err = command("simulate")

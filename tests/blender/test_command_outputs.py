@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`angen` never writes over its inputs, writes all outputs or none, and none if it is stopped."""
 
+import errno
 import os
 import signal
 import subprocess
@@ -227,3 +228,22 @@ def test_names_that_are_formulas(home, command, world, tmp_path):
     assert bpy.ops.angen.simulate() == {"FINISHED"}
     bpy.ops.angen.export_events(filepath=str(tmp_path / "window.csv"), spreadsheet=True)
     assert (tmp_path / "window.csv").read_bytes() == sheet.read_bytes()
+
+
+def test_a_file_is_saved_where_only_files_open_for_writing_are_flushed(
+    home, tmp_path, addon_part, monkeypatch
+):
+    """Windows has no `fsync` of a file that is open for reading only."""
+    fcntl = pytest.importorskip("fcntl")
+    output_files, flush = addon_part("angen_addon.output.output_files"), os.fsync
+
+    def flush_as_windows_does(handle):
+        if fcntl.fcntl(handle, fcntl.F_GETFL) & os.O_ACCMODE == os.O_RDONLY:
+            raise OSError(errno.EBADF, os.strerror(errno.EBADF))
+        flush(handle)
+
+    monkeypatch.setattr(os, "fsync", flush_as_windows_does)
+    with output_files.Outputs() as outputs:
+        outputs.save_blend(tmp_path / "saved.blend")
+        outputs.commit()
+    assert (tmp_path / "saved.blend").stat().st_size > 1000

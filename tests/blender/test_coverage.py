@@ -9,8 +9,8 @@ import bpy
 import numpy as np
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.coverage.maps import cover
-from bl_ext.user_default.angen_sensors.angen_addon.progress import finished
 from bl_ext.user_default.angen_sensors.sensor_logic.coverage.motions import MOTIONS
+from bl_ext.user_default.angen_sensors.sensor_logic.progress import finished
 from panel_layout import drawn
 from tiers import mostly_slow
 
@@ -244,7 +244,7 @@ def test_a_closed_door_hides_what_is_behind_and_an_open_one_shows_it(
 
 
 def test_a_map_of_a_small_room_leaves_a_recording_fresh(world):
-    state = import_module("bl_ext.user_default.angen_sensors.angen_addon.runtime.state")
+    results = import_module("bl_ext.user_default.angen_sensors.angen_addon.recording.results")
     scene = world.scene
     world.hall(3, 2, 2.5)
     world.pir(update_rate=10.0).location = (0.1, 1.0, 1.5)
@@ -254,11 +254,11 @@ def test_a_map_of_a_small_room_leaves_a_recording_fresh(world):
     bpy.ops.angen.coverage()
     world.update()
     assert any(obj.name.startswith("Coverage") for obj in scene.objects)
-    assert state.CACHE.kept(scene).stale == ""
+    assert results.RESULTS.kept(scene).stale == ""
     bpy.ops.ed.undo_push(message="a map")
     scene.objects["Sofa"].location.x += 0.1
     world.update()
-    assert "Sofa" in state.CACHE.kept(scene).stale
+    assert "Sofa" in results.RESULTS.kept(scene).stale
 
 
 # A map in the window
@@ -303,6 +303,10 @@ def test_the_panel_names_the_detectors_and_the_colours(world):
     assert "and 2 more" in texts
     picture = import_module("bl_ext.user_default.angen_sensors.sensor_logic.coverage.picture")
     assert set(picture.LEVELS) <= set(texts)
+    # The field has 0 m, which stands for the usual height.
+    assert "0: usual, 0.914 m" in texts
+    world.scene.angen_coverage.height = 1.2
+    assert not any("usual" in text for text in drawn("ANGEN_PT_coverage").labels)
 
 
 def test_only_the_last_map_is_shown(world):

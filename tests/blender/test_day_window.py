@@ -15,7 +15,7 @@ from typing import Any
 import bpy
 import numpy as np
 import pytest
-from bl_ext.user_default.angen_sensors.angen_addon.commands.parser import parse
+from bl_ext.user_default.angen_sensors.angen_addon.process.parser import parse
 from bl_ext.user_default.angen_sensors.residents.blender.api import Home
 from bl_ext.user_default.angen_sensors.residents.days.rows import hours_minutes
 from lived_home import ROUTINE, content
@@ -82,26 +82,26 @@ def test_a_stretch_is_shown_sensed_and_left_again(scene: Any, world: Any) -> Non
 
 def test_leaving_the_day_brings_the_homes_recording_back(scene: Any, addon_part: Any) -> None:
     """Also where the shown activity was simulated meanwhile."""
-    cache = addon_part("angen_addon.runtime.state").CACHE
+    results = addon_part("angen_addon.recording.results").RESULTS
     assert bpy.ops.angen.simulate() == {"FINISHED"}
-    home = cache.recording(scene)
+    home = results.recording(scene)
     bpy.ops.angen.day_read()
     bpy.ops.angen.day_show(index=1)
-    assert cache.recording(scene) is None, "the shown activity moves what the recording has"
+    assert results.recording(scene) is None, "the shown activity moves what the recording has"
     first = scene.frame_start
     for number in range(6):
         begin = first + 20 * number
         assert bpy.ops.angen.simulate(frame_start=begin, frame_end=begin + 5) == {"FINISHED"}
-    assert cache.recording(scene) not in (None, home)
+    assert results.recording(scene) not in (None, home)
     bpy.ops.angen.day_leave()
     bpy.context.view_layer.update()
     scene.frame_set(20)
-    assert cache.recording(scene) is home
+    assert results.recording(scene) is home
 
 
 def simulated(addon_part: Any, scene: Any) -> Any:
     assert bpy.ops.angen.simulate() == {"FINISHED"}
-    return addon_part("angen_addon.runtime.state").CACHE.recording(scene)
+    return addon_part("angen_addon.recording.results").RESULTS.recording(scene)
 
 
 def reopened(path: Path) -> Any:
@@ -114,28 +114,62 @@ def readings(recording: Any) -> Any:
     return {name: (list(t.frames), list(t.value)) for name, t in recording.tracks.items()}
 
 
+def test_what_is_animated_beside_objects_rests_too_and_plays_afterwards(
+    scene: Any, world: Any, tmp_path: Path
+) -> None:
+    """Shape keys and nodes: a run of days holds them at the home's first frame, and so do views."""
+    curtain = world.box((1.0, 0.05, 2.0), (4.5, 1.0, 1.0), "Curtain")
+    curtain.shape_key_add(name="Basis")
+    curtain.shape_key_add(name="Drawn")
+    scene.world = bpy.data.worlds.new("Sky")
+    scene.world.use_nodes = True
+
+    def animated() -> list[tuple[Any, str]]:
+        [node] = [n for n in bpy.data.worlds["Sky"].node_tree.nodes if n.type == "BACKGROUND"]
+        key = bpy.data.objects["Curtain"].data.shape_keys.key_blocks["Drawn"]
+        return [(key, "value"), (node.inputs["Strength"], "default_value")]
+
+    def values() -> list[float]:
+        return [float(getattr(*one)) for one in animated()]
+
+    for owner, name in animated():
+        for frame, value in ((1, 0.25), (40, 1.0)):
+            setattr(owner, name, value)
+            owner.keyframe_insert(name, frame=frame)
+    scene.frame_set(20)
+    before = values()
+    assert min(before) > 0.5
+    bpy.ops.angen.day_read()
+    bpy.ops.angen.day_show(index=1)
+    scene.frame_set(scene.frame_start + 30)
+    assert values() == pytest.approx([0.25, 0.25])
+    scene = reopened(tmp_path / "shown.blend")
+    bpy.ops.angen.day_leave()
+    assert scene.frame_current == 20 and values() == pytest.approx(before)
+
+
 @pytest.mark.parametrize("saved", ["the day", "its recording", "twice"])
 def test_saving_a_shown_day_keeps_the_homes_recording_and_that_of_the_day(
     scene: Any, addon_part: Any, tmp_path: Path, saved: str
 ) -> None:
-    cache = addon_part("angen_addon.runtime.state").CACHE
+    results = addon_part("angen_addon.recording.results").RESULTS
     home, of_day = readings(simulated(addon_part, scene)), None
     bpy.ops.angen.day_read()
     bpy.ops.angen.day_show(index=1)
     if saved != "the day":
         assert bpy.ops.angen.simulate(frame_end=scene.frame_start + 20) == {"FINISHED"}
-        of_day = readings(cache.recording(scene))
+        of_day = readings(results.recording(scene))
     for number in range(2 if saved == "twice" else 1):
         scene = reopened(tmp_path / f"shown{number}.blend")
-    assert (cache.recording(scene) is None) == (of_day is None)
-    assert of_day is None or readings(cache.recording(scene)) == of_day
+    assert (results.recording(scene) is None) == (of_day is None)
+    assert of_day is None or readings(results.recording(scene)) == of_day
     assert bpy.ops.angen.day_leave() == {"FINISHED"}
     scene.frame_set(20)
-    assert readings(cache.recording(scene)) == home
+    assert readings(results.recording(scene)) == home
     # Saved and opened once more, the file has the home's recording alone.
     scene = reopened(tmp_path / "left.blend")
     scene.frame_set(20)
-    assert readings(cache.recording(scene)) == home
+    assert readings(results.recording(scene)) == home
 
 
 def test_the_homes_recording_is_kept_aside_and_not_called_stale(
@@ -158,7 +192,7 @@ def test_the_homes_recording_is_kept_aside_and_not_called_stale(
 
 
 def test_undo_and_redo_of_a_shown_day_keep_both_recordings(scene: Any, addon_part: Any) -> None:
-    cache = addon_part("angen_addon.runtime.state").CACHE
+    results = addon_part("angen_addon.recording.results").RESULTS
     home = simulated(addon_part, scene)
     bpy.ops.angen.day_read()
     bpy.ops.ed.undo_push(message="read")
@@ -174,19 +208,19 @@ def test_undo_and_redo_of_a_shown_day_keep_both_recordings(scene: Any, addon_par
         bpy.ops.angen.simulate(frame_start=begin, frame_end=begin + 5)
     bpy.ops.angen.day_leave()
     bpy.context.scene.frame_set(20)
-    assert cache.recording(bpy.context.scene) is home
+    assert results.recording(bpy.context.scene) is home
 
 
 def test_without_a_recording_of_the_home_none_is_there_afterwards(
     scene: Any, addon_part: Any
 ) -> None:
-    cache = addon_part("angen_addon.runtime.state").CACHE
+    results = addon_part("angen_addon.recording.results").RESULTS
     bpy.ops.angen.day_read()
     bpy.ops.angen.day_show(index=1)
     bpy.ops.angen.simulate(frame_end=scene.frame_start + 20)
     assert not any("aside" in text for text in drawn("ANGEN_PT_simulation").labels)
     bpy.ops.angen.day_leave()
-    assert cache.kept(scene) is None
+    assert results.kept(scene) is None
 
 
 def move(name: str) -> None:
@@ -334,8 +368,8 @@ def test_esc_while_a_changed_home_is_read_leaves_the_list_stale(
     bpy.context.view_layer.update()
     work = addon_part("residents.operators.day").ANGEN_OT_day_read._begin(None, bpy.context)
     next(work)
-    with pytest.raises(addon_part("angen_addon.progress").Enough):
-        work.throw(addon_part("angen_addon.progress").Enough)
+    with pytest.raises(addon_part("sensor_logic.progress").Enough):
+        work.throw(addon_part("sensor_logic.progress").Enough)
     scene.frame_set(scene.frame_current + 1)
     assert scene.angen_day.before and list_lines()
 
@@ -490,7 +524,7 @@ def test_esc_leaves_the_day_and_the_shown_activity_as_they_were(
     bpy.ops.angen.day_read()
     bpy.ops.angen.day_show(index=1)
     reading = addon_part("residents.operators.day").ANGEN_OT_day_read
-    enough = addon_part("angen_addon.progress").Enough
+    enough = addon_part("sensor_logic.progress").Enough
     scene.angen_day.number = 2
     whole = [one.share for one in reading._begin(None, bpy.context) if hasattr(one, "share")]
     assert len(whole) > 50 and whole == sorted(whole) and whole[-1] > 0.9
@@ -729,7 +763,7 @@ def test_a_run_in_the_window_writes_what_the_command_writes(
 
 @pytest.mark.slow
 def test_esc_keeps_whole_days_or_nothing(running: Any, addon_part: Any, lived: Any) -> None:
-    enough, folder = addon_part("angen_addon.progress").Enough, Path(running.out)
+    enough, folder = addon_part("sensor_logic.progress").Enough, Path(running.out)
     before = state_of_home()
     # While the home is read nothing is written; in the first day nothing is kept.
     for text, ends in (("floors", True), ("day 1 of 2", False)):

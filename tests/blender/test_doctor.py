@@ -12,7 +12,7 @@ from bl_ext.user_default.angen_sensors.angen_addon.commands.command_line import 
     run_command as command,
 )
 from bl_ext.user_default.angen_sensors.angen_addon.doctor import CHECKS
-from bl_ext.user_default.angen_sensors.angen_addon.runtime.state import CACHE as cache
+from bl_ext.user_default.angen_sensors.operators import doctor as button
 
 SAMPLE = Path(__file__).parents[2] / "sample_blends" / "angen.blend"
 
@@ -374,9 +374,9 @@ def test_a_home_without_sensors_is_examined_too(world, tmp_path, capsys):
 def test_the_button_keeps_what_it_found_until_another_file(home):
     dark()
     assert bpy.ops.angen.doctor() == {"FINISHED"}
-    assert [finding.check for finding in cache.findings] == ["dark"]
+    assert [finding.check for finding in button.found] == ["dark"]
     bpy.ops.wm.read_homefile(use_empty=True)
-    assert cache.findings is None
+    assert button.found is None
 
 
 def test_nothing_is_wrong_with_a_good_home_in_an_instance(home, examine):
@@ -460,7 +460,7 @@ def test_a_click_on_a_finding_selects_its_objects(home):
     bpy.data.objects["Lamp"].data.energy = 0
     bpy.context.view_layer.update()
     bpy.ops.angen.doctor()
-    from_cache = [one.objects for one in cache.findings]
+    from_cache = [one.objects for one in button.found]
     index = from_cache.index(("Light",))
     bpy.ops.angen.doctor_select(index=index)
     assert [obj.name for obj in bpy.context.selected_objects] == ["Light"]

@@ -6,8 +6,8 @@ from math import radians
 
 import bpy
 import pytest
-from bl_ext.user_default.angen_sensors.angen_addon.output.describe import describe
-from bl_ext.user_default.angen_sensors.angen_addon.runtime.state import CACHE as state
+from bl_ext.user_default.angen_sensors.angen_addon.layout.describe import describe
+from bl_ext.user_default.angen_sensors.angen_addon.recording.results import RESULTS
 from bl_ext.user_default.angen_sensors.angen_addon.scene.sensors import AngenError, all_sensors
 
 ops = bpy.ops.angen
@@ -139,7 +139,7 @@ def test_list_export_report_and_recording_name_them(flats, tmp_path):
     bpy.ops.wm.save_as_mainfile(filepath=path)
     bpy.ops.wm.open_mainfile(filepath=path)
     assert ops.export_events.poll(), "the recording is kept"
-    recording = state.recording(bpy.context.scene)
+    recording = RESULTS.recording(bpy.context.scene)
     sensors = all_sensors(bpy.context.view_layer)
     assert [recording.track_of(s.uid).sensor for s in sensors] == ["A/Door", "B/Door"]
 

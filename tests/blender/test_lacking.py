@@ -10,8 +10,8 @@ from pathlib import Path
 
 import bpy
 import pytest
-from bl_ext.user_default.angen_sensors.angen_addon.runtime.state import CACHE
-from bl_ext.user_default.angen_sensors.angen_addon.runtime.state import CACHE as cache
+from bl_ext.user_default.angen_sensors.angen_addon.advice import lacking
+from bl_ext.user_default.angen_sensors.angen_addon.recording.results import RESULTS
 from commands import module
 from tiers import mostly_slow
 
@@ -36,7 +36,7 @@ def open_again(tmp_path):
 @pytest.fixture
 def panel():
     """Return the sidebar's texts on missing parts."""
-    return lambda: " ".join(CACHE.lacks)
+    return lambda: " ".join(lacking.found)
 
 
 @pytest.fixture
@@ -255,12 +255,12 @@ def test_a_blend_file_opens_with_cycles_and_says_so_once(world, capfd, tmp_path)
         "lux": "CYCLES", "other lux": "CYCLES", "cycles": "CYCLES", "gpu": "EEVEE"
     }  # fmt: skip
     assert capfd.readouterr().err.count(TOLD) == 1
-    assert cache.notice == TOLD
+    assert RESULTS.notice == TOLD
     tracks = world.run(1, 1).tracks
     assert tracks["lux"].value[0] > 100.0
     assert tracks["lux"].value == tracks["cycles"].value
     again = tmp_path / "again.blend"
     bpy.ops.wm.save_as_mainfile(filepath=str(again))
     bpy.ops.wm.open_mainfile(filepath=str(again))
-    assert engines()["lux"] == "CYCLES" and cache.notice == ""
+    assert engines()["lux"] == "CYCLES" and RESULTS.notice == ""
     assert "DIRECT" not in capfd.readouterr().err

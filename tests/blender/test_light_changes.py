@@ -9,9 +9,11 @@ import random
 
 import bpy
 import pytest
-from bl_ext.user_default.angen_sensors.angen_addon.runtime import stage, state
+from bl_ext.user_default.angen_sensors.angen_addon.runtime import stage
+from bl_ext.user_default.angen_sensors.angen_addon.runtime.live import known_live
+from bl_ext.user_default.angen_sensors.angen_addon.runtime.running import is_running
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.simulation import simulate
-from bl_ext.user_default.angen_sensors.sensor_logic.error import AngenError
+from bl_ext.user_default.angen_sensors.sensor_logic.logs.error import AngenError
 from bl_ext.user_default.angen_sensors.sensor_logic.recording.tracks import Recording
 from light_stage import facing, lamp, material, measure, part, plate, request, sky
 from tiers import mostly_slow
@@ -332,7 +334,7 @@ def test_each_edit_is_measured_once_the_playhead_moved(room, what):
             EDITS[what]()
             room.update()
         room.scene.frame_set(frame)
-        state.CACHE.live.measure_waiting(room.scene, bpy.context.view_layer)
+        known_live().measure_waiting(room.scene, bpy.context.view_layer)
         shown.append(meter.angen_sensor.value)
     assert shown[0] == shown[1]
     again = room.series(room.run(3, 3), "meter", "illuminance_lux")
@@ -448,7 +450,7 @@ def test_what_takes_long_is_told_before_and_can_be_left(sensed_room):
         for _ in range(steps):
             next(run)
         run.close()
-        assert held() == before and not state.CACHE.running, steps
+        assert held() == before and not is_running(), steps
 
 
 def undo(_):
@@ -488,7 +490,7 @@ def test_nothing_is_left_of_a_run(sensed_room, ends, how, tmp_path):
         with pytest.raises(AngenError, match="object or scene that it needs was removed"):
             list(run)
     assert held() == before
-    assert len(recording.tracks["lux"]) == 3 and not state.CACHE.running
+    assert len(recording.tracks["lux"]) == 3 and not is_running()
     sensed_room.update()
     assert len(sensed_room.run(1, 3).tracks["lux"]) == 3
     assert held() == before
@@ -501,7 +503,7 @@ def test_nothing_is_left_of_a_run_in_another_file(sensed_room):
     with pytest.raises(AngenError, match="object or scene that it needs was removed"):
         list(run)
     assert held() == before
-    assert len(recording.tracks["lux"]) == 3 and not state.CACHE.running
+    assert len(recording.tracks["lux"]) == 3 and not is_running()
 
 
 @pytest.mark.parametrize("way", ["collection", "nodes"])

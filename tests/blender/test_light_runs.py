@@ -7,12 +7,15 @@ from pathlib import Path
 
 import bpy
 import pytest
-from bl_ext.user_default.angen_sensors.angen_addon.progress import Enough
-from bl_ext.user_default.angen_sensors.angen_addon.runtime import handlers, probes, state
+from bl_ext.user_default.angen_sensors.angen_addon.runtime import handlers, probes
+from bl_ext.user_default.angen_sensors.angen_addon.runtime.live import known_live
+from bl_ext.user_default.angen_sensors.angen_addon.runtime.running import is_running
+from bl_ext.user_default.angen_sensors.angen_addon.scene import memory
 from bl_ext.user_default.angen_sensors.angen_addon.scene.light import probe
 from bl_ext.user_default.angen_sensors.angen_addon.view import readings
 from bl_ext.user_default.angen_sensors.angen_addon.view.overlay import labels
-from bl_ext.user_default.angen_sensors.sensor_logic.error import AngenError
+from bl_ext.user_default.angen_sensors.sensor_logic.logs.error import AngenError
+from bl_ext.user_default.angen_sensors.sensor_logic.progress import Enough
 from light_stage import material, plate
 from tiers import mostly_slow
 
@@ -124,7 +127,7 @@ def test_scrubbing_shows_what_was_measured_and_how_old_it_is(world, lamp, monkey
     run.
     """
     recorded = world.series(world.run(), "lux", "illuminance_lux")
-    state.CACHE.clear()
+    memory.forget_file()
     calls = counted(monkeypatch)
     world.scene.angen_live = True
     world.update()
@@ -135,7 +138,7 @@ def test_scrubbing_shows_what_was_measured_and_how_old_it_is(world, lamp, monkey
     label = labels._texts(bpy.context, "lux", waiting, False)
     assert label == ("lux", "at rest"), "it says why it has no value"
     assert not lamp.angen_sensor.active and not calls
-    following = state.CACHE.live
+    following = known_live()
     assert following.has_waiting_light
     following.measure_waiting(world.scene, bpy.context.view_layer)
     assert len(calls) == 1 and not following.has_waiting_light
@@ -169,10 +172,10 @@ def test_at_rest_as_many_paths_are_traced_as_a_reference_has(world, lamp):
     few = world.series(world.run(1, 1), "lux", "illuminance_lux")[0]
     assert few != pytest.approx(exact, rel=0.01)
     world.scene.angen_light_reference = 1024
-    state.CACHE.clear()
+    memory.forget_file()
     world.scene.angen_live = True
     world.scene.frame_set(1)
-    state.CACHE.live.measure_waiting(world.scene, bpy.context.view_layer)
+    known_live().measure_waiting(world.scene, bpy.context.view_layer)
     assert lamp.angen_sensor.value == pytest.approx(exact, rel=1e-6)
 
 
@@ -183,11 +186,11 @@ def test_at_rest_the_selected_sensor_comes_first(world, lamp):
     world.scene.angen_live = True
     world.update()
     world.scene.frame_set(5)
-    state.CACHE.live.measure_waiting(world.scene, bpy.context.view_layer, at_most=1)
+    known_live().measure_waiting(world.scene, bpy.context.view_layer, at_most=1)
     texts = {s.name: readings.reading_text(s, world.scene).text for s in world.sensors()}
     assert texts["lux"].startswith("Lit") and texts["a"] == "Measured at rest"
-    state.CACHE.live.measure_waiting(world.scene, bpy.context.view_layer, at_most=1)
-    assert not state.CACHE.live.has_waiting_light
+    known_live().measure_waiting(world.scene, bpy.context.view_layer, at_most=1)
+    assert not known_live().has_waiting_light
     assert all(readings.reading_text(s, world.scene).old == "" for s in world.sensors())
 
 
@@ -201,12 +204,12 @@ def test_measure_now_measures_at_this_frame_after_an_edit(world, lamp):
     assert first > 0.0 and told(world).old == ""
     bpy.data.objects["lamp"].location.z = 1.0
     world.update()
-    state.CACHE.live.catch_up(world.scene, bpy.context.view_layer)
-    assert "Measure Now" in told(world).old and not state.CACHE.live.has_waiting_light
+    known_live().catch_up(world.scene, bpy.context.view_layer)
+    assert "Measure Now" in told(world).old and not known_live().has_waiting_light
     assert bpy.ops.angen.measure_light() == {"FINISHED"}
     assert told(world).old == "" and told(world).fields["illuminance_lux"] > 1.5 * first
     assert bpy.ops.angen.measure_light() == {"FINISHED"}, "again, though nothing has changed"
-    assert not state.CACHE.running
+    assert not is_running()
 
 
 def test_measure_now_by_esc_leaves_the_reading_of_before(world, lamp):
@@ -214,18 +217,14 @@ def test_measure_now_by_esc_leaves_the_reading_of_before(world, lamp):
     bpy.context.view_layer.objects.active = lamp
     world.update()
     world.scene.frame_set(5)
-    live = state.CACHE.live
+    live = known_live()
     run = live.measure_now(world.scene, bpy.context.view_layer, world.sensors())
     doing = next(run)
     assert doing.text.startswith("lux, ") and doing.slow
     with pytest.raises(Enough):
         run.throw(Enough)
     assert live.why_old(world.scene) == ""
-    assert (
-        told(world).text == "Measured at rest"
-        and live.has_waiting_light
-        and not state.CACHE.running
-    )
+    assert told(world).text == "Measured at rest" and live.has_waiting_light and not is_running()
     assert len(bpy.data.scenes) == 1
 
 
@@ -248,13 +247,13 @@ def test_what_was_pending_does_not_overwrite_a_recording(world, lamp, monkeypatc
     world.scene.angen_live = True
     world.update()
     world.scene.frame_set(5)
-    assert state.CACHE.live.has_waiting_light
+    assert known_live().has_waiting_light
     bpy.ops.angen.simulate()
     recorded = lamp.angen_sensor.value
     before = told(world)
     assert before.recorded and before.fields["illuminance_lux"] == pytest.approx(recorded)
     calls = counted(monkeypatch)
-    state.CACHE.shown_at = 0.0
+    handlers._shown_at = 0.0
     assert handlers._sense_at_rest() is None and not calls
     assert (told(world).text, told(world).recorded) == (before.text, True)
     assert lamp.angen_sensor.value == recorded
@@ -293,8 +292,8 @@ def energy(frame):
 
 
 def changes(name, field):
-    state = import_module(f"{ADDON}.angen_addon.runtime.state")
-    track = state.CACHE.recording(bpy.context.scene).tracks[name]
+    results = import_module(f"{ADDON}.angen_addon.recording.results")
+    track = results.RESULTS.recording(bpy.context.scene).tracks[name]
     column = list(track.columns[field])
     return [
         (int(track.frames[i]), bool(value))

@@ -16,10 +16,9 @@ import bpy
 import nodes_scenes
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.explain.explain import explain
-from bl_ext.user_default.angen_sensors.angen_addon.runtime.live import live_of
+from bl_ext.user_default.angen_sensors.angen_addon.runtime.live import known_live, live_of
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.simulation import simulate
-from bl_ext.user_default.angen_sensors.angen_addon.runtime.state import CACHE as cache
-from bl_ext.user_default.angen_sensors.angen_addon.scene.evaluated_home import EvaluatedHome
+from bl_ext.user_default.angen_sensors.angen_addon.scene.home.evaluated_home import EvaluatedHome
 from bl_ext.user_default.angen_sensors.angen_addon.view.overlay.picture import DrawnSensors
 from bl_ext.user_default.angen_sensors.sensor_logic.recording.tracks import Recording
 from tiers import mostly_slow
@@ -103,8 +102,9 @@ def test_a_run_keeps_nothing_evaluated(home, caster):
 def test_live_values_keep_nothing_evaluated(home):
     for frame in (1, 2, 3, 9, 10):
         home.scene.frame_set(frame)
-        assert cache.live is not None and cache.live.readings
-        assert evaluated(cache.live) == []
+        live = known_live()
+        assert live is not None and live.readings
+        assert evaluated(live) == []
 
 
 def test_what_is_drawn_keeps_nothing_evaluated(home):

@@ -11,15 +11,16 @@ from types import SimpleNamespace
 
 import bpy
 import pytest
-from bl_ext.user_default.angen_sensors.angen_addon.kinds import appearance_of
-from bl_ext.user_default.angen_sensors.angen_addon.runtime.state import CACHE as cache
+from bl_ext.user_default.angen_sensors.angen_addon.appearance.appearance import appearance_of
+from bl_ext.user_default.angen_sensors.angen_addon.recording.results import RESULTS
+from bl_ext.user_default.angen_sensors.angen_addon.runtime.running import running
 from bl_ext.user_default.angen_sensors.operators import show
 from bl_ext.user_default.angen_sensors.panels.table import (
     NAME_SHARE,
     _room_for_name,
     sorted_and_filtered,
 )
-from bl_ext.user_default.angen_sensors.sensor_logic import parameters
+from bl_ext.user_default.angen_sensors.sensor_logic import parameters, progress
 from bl_ext.user_default.angen_sensors.sensor_logic.kinds import KINDS
 from bl_ext.user_default.angen_sensors.sensor_logic.parameters import specs
 from bl_ext.user_default.angen_sensors.sensor_logic.report.facts import figures
@@ -87,12 +88,13 @@ def test_while_a_run_drives_the_frames_no_old_reading_is_shown(physics):
     """The last readings belong to the frame before the run."""
     ops.simulate()
     physics.scene.frame_set(40)
-    cache.running, cache.working = True, ("angen.simulate", 0.25, "25 %, about 10 s left")
+    progress.working = progress.Working("angen.simulate", 0.25, "25 %, about 10 s left")
     try:
-        assert drawn("ANGEN_PT_table").labels[1] == "–"
-        assert "25 %, about 10 s left. Esc ends" in drawn("ANGEN_PT_simulation").text
+        with running():
+            assert drawn("ANGEN_PT_table").labels[1] == "–"
+            assert "25 %, about 10 s left. Esc ends" in drawn("ANGEN_PT_simulation").text
     finally:
-        cache.running, cache.working = False, None
+        progress.working = None
     assert drawn("ANGEN_PT_table").labels[1] == "49.1 N"
 
 
@@ -448,7 +450,7 @@ def test_an_event_is_a_row_of_the_log_everywhere(world, tmp_path):
     changes = [row for row in rows if row["time_s"] != begin]
     states = [row for row in changes if row["field"] != "distance_m"]
     assert 0 < len(states) < len(changes)
-    track = cache.recording(world.scene).track_of(sensor.session_uid)
+    track = RESULTS.recording(world.scene).track_of(sensor.session_uid)
     assert figures(track).events == len(changes)
     world.scene.frame_set(1)
     panel = drawn("ANGEN_PT_events")
@@ -477,3 +479,10 @@ def test_an_event_is_named_in_words_not_by_fields(addon_part):
     event_name = addon_part("operators.markers").event_name
     assert event_name(track, 1) == "reading not valid"
     assert event_name(track, 0) == "Free, nobody, reading valid"
+
+
+def test_a_file_without_sensors_is_not_said_to_have_live_values(world):
+    assert "live values" not in drawn("ANGEN_PT_simulation").text
+    world.pir()
+    world.update()
+    assert "Not recorded: live values" in drawn("ANGEN_PT_simulation").text

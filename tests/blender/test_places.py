@@ -9,12 +9,12 @@ import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.commands.command_line import run_command as run
 from bl_ext.user_default.angen_sensors.angen_addon.doctor import CHECKS as checks
 from bl_ext.user_default.angen_sensors.angen_addon.doctor import Examined
-from bl_ext.user_default.angen_sensors.angen_addon.output.describe import describe
-from bl_ext.user_default.angen_sensors.angen_addon.runtime.state import CACHE as cache
+from bl_ext.user_default.angen_sensors.angen_addon.layout.describe import describe
 from bl_ext.user_default.angen_sensors.angen_addon.scene.sensors import known_rooms as known
-from bl_ext.user_default.angen_sensors.residents.acting.reach import unreached
+from bl_ext.user_default.angen_sensors.residents.acting.unreached_places import unreached
 from bl_ext.user_default.angen_sensors.residents.blender.places import read_places
 from bl_ext.user_default.angen_sensors.residents.blender.standing import AngenError as error
+from bl_ext.user_default.angen_sensors.residents.operators import places as button
 from mathutils import Matrix, Vector
 from panel_layout import drawn
 
@@ -99,6 +99,21 @@ def test_a_seat_a_bed_and_the_door_between_them(flat, addon_part):
     assert flat.shown(door.handle_at(door.open))[0] == pytest.approx(2.95 - 0.77, abs=0.03)
     assert door.side(door.handle_at(door.open)) == door.side(seat.at) == 1.0
     assert unreached(found) == []
+
+
+def test_marks_that_a_day_cannot_use_are_told_with_the_way_out(world, addon_part):
+    """A door in an instance has no leaf to turn; marks inside an instance are not of this scene."""
+    flat = Flat(world)
+    flat.chair.angen_place.use = "SIT"
+    leaf = world.aside("leaf", flat.door())
+    door = world.instance("Door of an asset", leaf)
+    door.angen_place.use = "DOOR"
+    (problem,) = flat.read(addon_part).problems
+    assert problem.startswith("'Door of an asset': it is an instance") and "Make Insta" in problem
+    bpy.data.objects.remove(door)
+    world.instance("Home", world.aside("home", *bpy.context.scene.objects))
+    with pytest.raises(error, match="the marks of 'Seat' are in instances"):
+        flat.read(addon_part)
 
 
 @pytest.mark.parametrize("scale", [(1, 1, 1), (0.5, 2, 3), (-1, 1, 1), (1, 1, -1)])
@@ -197,7 +212,7 @@ def test_check_places_draws_how_far_one_gets(world):
     assert ways[0].angen_ignored and ways[0].hide_render
     end = ways[0].data.splines[0].points[-1].co
     assert 2.5 < end.x < 3.0 and end.z == pytest.approx(0.05, abs=0.01)
-    count, (mend, told) = cache.places
+    count, (mend, told) = button.checked
     assert count == "5 marked: 1 place cannot be reached"
     assert told.startswith("'Bed' cannot be reached from 'Point 0': residents get as far as (2.")
     # In front of the door, not where a wall is nearest to the bed.
@@ -207,14 +222,14 @@ def test_check_places_draws_how_far_one_gets(world):
     bpy.data.objects["Door"].angen_place.use = "DOOR"
     bpy.ops.angen.places_check()
     assert not [obj for obj in bpy.data.objects if obj.name.startswith("Way to")]
-    assert cache.places == ("6 marked (5 places, 1 door): all places can be reached", ())
+    assert button.checked == ("6 marked (5 places, 1 door): all places can be reached", ())
     flat.chair.angen_place.use = "NONE"
 
 
 def test_what_is_marked_is_counted_alike_before_and_after_a_check(world):
     locked_in(world)
     bpy.data.objects["Door"].angen_place.use = "DOOR"
-    cache.places = None
+    button.checked = None
     assert "6 marked, not checked" in drawn("ANGEN_PT_places").labels
     bpy.ops.angen.places_check()
     labels = " ".join(drawn("ANGEN_PT_places").labels)
@@ -224,14 +239,14 @@ def test_what_is_marked_is_counted_alike_before_and_after_a_check(world):
 def test_esc_amid_a_check_leaves_what_was_found_before(world, addon_part):
     locked_in(world)
     bpy.ops.angen.places_check()
-    before = cache.places
+    before = button.checked
     check = addon_part("residents.operators.places").ANGEN_OT_places_check
-    work, enough = check._begin(None, bpy.context), addon_part("angen_addon.progress").Enough
+    work, enough = check._begin(None, bpy.context), addon_part("sensor_logic.progress").Enough
     shares = [next(work).share for _ in range(8)]
     assert shares == sorted(shares) and 0.0 <= shares[0] < shares[-1] < 1.0
     with pytest.raises(enough):
         work.throw(enough)
-    assert cache.places == before and "Way to Bed" in bpy.data.objects
+    assert button.checked == before and "Way to Bed" in bpy.data.objects
 
 
 def test_places_behind_one_thing_are_told_together(world):
@@ -239,7 +254,7 @@ def test_places_behind_one_thing_are_told_together(world):
     for name in ("Desk", "Shelf"):
         world.link(name, None, (5.0, 1.0 + len(name) / 5.0, 0)).angen_place.use = "STAND"
     bpy.ops.angen.places_check()
-    count, (mend, told) = cache.places
+    count, (mend, told) = button.checked
     assert count == "7 marked: 3 places cannot be reached" and mend.startswith(
         "No resident opens 'Door'"
     )

@@ -6,13 +6,14 @@ from types import SimpleNamespace
 
 import bpy
 import pytest
-from bl_ext.user_default.angen_sensors.angen_addon.progress import Enough
 from bl_ext.user_default.angen_sensors.angen_addon.runtime import handlers
+from bl_ext.user_default.angen_sensors.angen_addon.runtime.live import known_live
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.simulation import simulate
 from bl_ext.user_default.angen_sensors.angen_addon.scene.sensors import all_sensors
 from bl_ext.user_default.angen_sensors.angen_addon.view import readings
 from bl_ext.user_default.angen_sensors.angen_addon.view.readings import reading_text
 from bl_ext.user_default.angen_sensors.operators.simulate import ANGEN_OT_simulate
+from bl_ext.user_default.angen_sensors.sensor_logic.progress import Enough
 from bl_ext.user_default.angen_sensors.sensor_logic.recording.tracks import Recording
 
 ADDON = "bl_ext.user_default.angen_sensors"
@@ -23,8 +24,8 @@ def part(name):
     return import_module(f"{ADDON}.{name}")
 
 
-def cache():
-    return part("angen_addon.runtime.state").CACHE
+def results():
+    return part("angen_addon.recording.results").RESULTS
 
 
 def told(name="Front door"):
@@ -123,7 +124,7 @@ def test_an_edit_makes_live_readings_old(door):
 def rest():
     """Follow the scene as if the playhead and the user had come to rest in a window."""
     for _ in range(20):
-        cache().shown_at = 0.0
+        handlers._shown_at = 0.0
         if handlers._sense_at_rest() is None:
             return
     raise AssertionError("it never comes to rest")
@@ -135,7 +136,7 @@ def test_an_edit_is_sensed_once_the_user_rests(door):
     door.update()
     rest()
     assert told().text == "Closed, 0.015 m" and told().old == ""
-    assert not sensor().angen_sensor.active and not cache().live.outdated
+    assert not sensor().angen_sensor.active and not known_live().outdated
     assert leaf().location.x == 0, "the frame is not set anew"
 
 
@@ -267,7 +268,7 @@ def test_an_opened_file_shows_what_is_recorded(door, tmp_path):
     bpy.ops.wm.open_mainfile(filepath=path)
     assert told().recorded and told().text.startswith("Closed, 0.015 m")
     assert sensor().angen_sensor.value == pytest.approx(0.015), "drivers read the same"
-    assert cache().kept(bpy.context.scene).stale == "", "showing it is no edit"
+    assert results().kept(bpy.context.scene).stale == "", "showing it is no edit"
 
 
 # Baked keys
@@ -375,7 +376,7 @@ def test_a_stopped_run_is_kept_where_the_recording_is_stale(door):
         f"Stopped, and recorded frames 1 to {recording.frame_end}: {updates} updates. "
         "Undo brings back frames 1 to 72"
     ]
-    assert cache().recording(door.scene) is recording
+    assert results().recording(door.scene) is recording
 
 
 @pytest.mark.usefixtures("door")
@@ -385,7 +386,9 @@ def test_esc_after_the_last_frame_stops_nothing(last, early):
     steps = iter([SimpleNamespace(frame=72.0, share=1.0, doing="")])
     run = ANGEN_OT_simulate._steps(stub, (step for step in steps))
     next(run)
-    assert run.throw(Enough) is early
+    with pytest.raises(StopIteration) as ended:
+        run.throw(Enough)
+    assert ended.value.value is early
 
 
 @pytest.mark.parametrize("early", [True, False])
@@ -396,7 +399,7 @@ def test_a_run_that_ends_in_its_first_frame_is_no_recording(door, early):
     assert stop(recording, early) == [
         "Stopped before the first frame was done: nothing is recorded"
     ]
-    assert cache().kept(door.scene) is None
+    assert results().kept(door.scene) is None
 
 
 @pytest.mark.parametrize("recorded", [False, True])
@@ -429,13 +432,13 @@ def test_undo_brings_a_cleared_recording_back(door, tmp_path):
     bpy.ops.ed.undo_push(message="clear")
     assert told().text == "No reading" and not ops.clear_recording.poll()
     bpy.ops.ed.undo()
-    assert told() == before and cache().kept(bpy.context.scene).stale == ""
+    assert told() == before and results().kept(bpy.context.scene).stale == ""
     assert ops.export_events(filepath=str(tmp_path / "a.csv")) == {"FINISHED"}
     bpy.ops.ed.redo()
-    assert cache().kept(bpy.context.scene) is None
+    assert results().kept(bpy.context.scene) is None
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "a.blend"))
     bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "a.blend"))
-    assert cache().kept(bpy.context.scene) is None, "files do not keep it"
+    assert results().kept(bpy.context.scene) is None, "files do not keep it"
     assert ops.simulate() == {"FINISHED"} and told().recorded
 
 

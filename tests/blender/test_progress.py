@@ -10,13 +10,12 @@ import types
 import bpy
 import numpy as np
 import pytest
-from bl_ext.user_default.angen_sensors.angen_addon import progress
-from bl_ext.user_default.angen_sensors.angen_addon.commands import console
 from bl_ext.user_default.angen_sensors.angen_addon.commands import open_home as home
-from bl_ext.user_default.angen_sensors.angen_addon.runtime import state
+from bl_ext.user_default.angen_sensors.angen_addon.process import console
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.simulation import Progress
 from bl_ext.user_default.angen_sensors.angen_addon.view.panel_parts import draw_progress
 from bl_ext.user_default.angen_sensors.operators import long_work
+from bl_ext.user_default.angen_sensors.sensor_logic import progress
 from panel_layout import Layout
 
 
@@ -130,9 +129,9 @@ def test_a_window_shows_progress_to_the_end(parts):
     assert work.modal(window, event("MOUSEMOVE")) == {"RUNNING_MODAL"}
     for _ in range(4):
         assert work.modal(window, event("TIMER")) == {"RUNNING_MODAL"}
-    assert state.CACHE.working[1] == 0.75
+    assert progress.working.share == 0.75
     assert work.modal(window, event("TIMER")) == {"FINISHED"}
-    assert work.results == ["done"] and closed and state.CACHE.working is None
+    assert work.results == ["done"] and closed and progress.working is None
     assert window.timers == 0 and window.shares[-1] == "end"
     assert "75 %" in window.texts[-2] and "part 3. Esc cancels" in window.texts[-2]
     assert window.texts[-1] is None
@@ -154,7 +153,7 @@ def test_the_panel_finds_the_work_of_a_real_operator():
         assert draw_progress(layout, "angen.test_work") and not draw_progress(layout, "angen.other")
         assert layout.labels == ["25 %. Esc ends", "Part 1"]
     finally:
-        state.CACHE.working = None
+        progress.working = None
         bpy.utils.unregister_class(ANGEN_OT_test_work)
 
 

@@ -7,7 +7,7 @@ import bmesh
 import bpy
 import numpy as np
 import pytest
-from bl_ext.user_default.angen_sensors.angen_addon.runtime import state
+from bl_ext.user_default.angen_sensors.angen_addon.runtime.edits import EDITS
 from bl_ext.user_default.angen_sensors.angen_addon.scene.forces import posed_bodies
 from bl_ext.user_default.angen_sensors.angen_addon.scene.rays import changing_shapes
 from bl_ext.user_default.angen_sensors.angen_addon.scene.rays.caster import RayBundle, RayCaster
@@ -29,7 +29,7 @@ REACH = 6.0
 def casters():
     pair = RayCaster(), SceneRayCaster(bpy.context.scene)
     for caster in pair:
-        state.CACHE.watch(caster.solids)
+        EDITS.watch(caster.solids)
     return pair
 
 
@@ -376,7 +376,7 @@ def test_a_body_that_changes_shape_is_seen_at_each_frame(empty_scene):
     key.keyframe_insert("value", frame=20)
     pair = RayCaster(), SceneRayCaster(bpy.context.scene)
     for caster in pair:
-        state.CACHE.watch(caster.solids)
+        EDITS.watch(caster.solids)
     random = np.random.default_rng(3)
     hits = 0
     for frame in range(1, 20):
@@ -402,7 +402,7 @@ def test_bundles_that_take_turns_miss_no_change(empty_scene, seed):
     random = np.random.default_rng(seed)
     pair = RayCaster(), SceneRayCaster(world.scene)
     for caster in pair:
-        state.CACHE.watch(caster.solids)
+        EDITS.watch(caster.solids)
     bundles = [tuple(np.array([tuple(v) for v in part]) for part in world.rays(30)) for _ in "123"]
     sensor = world.scene.objects[0].session_uid
     wrong = hits = 0

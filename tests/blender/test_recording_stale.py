@@ -11,7 +11,7 @@ import bpy
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.scene.facts import facts_of
 from panel_layout import drawn
-from recorded_home import ADDON, cache, columns, move, named, ops, recorded, save_and_load, stale
+from recorded_home import ADDON, columns, move, named, ops, recorded, results, save_and_load, stale
 
 
 @pytest.fixture
@@ -157,7 +157,7 @@ def test_an_edit_makes_it_stale_and_its_undo_fresh(home, name):
     bpy.ops.ed.undo()
     assert stale() == ""
     assert columns() == before
-    track = cache().recording(bpy.context.scene).track_of(named("Front door").session_uid)
+    track = results().recording(bpy.context.scene).track_of(named("Front door").session_uid)
     assert track is not None, "sensors are found after undo"
     if name == "move what is animated":
         return  # keys restore their values at any evaluation.

@@ -11,7 +11,7 @@ from importlib import import_module
 import addon_utils
 import bpy
 import pytest
-from recorded_home import ADDON, cache, columns, move, named, ops, recorded, save_and_load, stale
+from recorded_home import ADDON, columns, move, named, ops, recorded, results, save_and_load, stale
 
 LENS = "azimuth, elevation, width, height, polarity, gain\n0, 0, {}, 5, 1, 1\n"
 
@@ -241,7 +241,7 @@ def test_a_sensor_that_never_was_on(home, tmp_path):
     simulate(home)
     save_and_open(tmp_path / "a.blend")
     assert stale() == ""
-    assert len(cache().recording(bpy.context.scene).tracks["Quiet"]) == 0
+    assert len(results().recording(bpy.context.scene).tracks["Quiet"]) == 0
     assert ops.bake_keyframes() == {"FINISHED"}
     assert ops.export_report(filepath=str(tmp_path / "report.html")) == {"FINISHED"}
 
@@ -283,7 +283,7 @@ def test_a_sample_is_shipped_with_its_recording_and_timelines_at_its_length(kept
     build_angen.record_and_save(tmp_path / "sample.blend")
     before = columns()
     bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "sample.blend"), load_ui=True)
-    kept = cache().kept(bpy.context.scene)
+    kept = results().kept(bpy.context.scene)
     assert stale() == "" and columns() == before
     assert (kept.recording.frame_start, kept.recording.frame_end) == (1, 400)
     areas = [a for s in bpy.data.screens for a in s.areas if a.type == "DOPESHEET_EDITOR"]
@@ -312,11 +312,11 @@ def test_every_scene_keeps_its_own(kept_home, tmp_path):
     ops.simulate()
     save_and_load(tmp_path / "a.blend")
     assert bpy.context.scene.name == "two"
-    assert stale() == "" and cache().kept(bpy.context.scene).recording.frame_end == 10
+    assert stale() == "" and results().kept(bpy.context.scene).recording.frame_end == 10
     bpy.context.window.scene = bpy.data.scenes["one"]
     bpy.context.view_layer.update()
     bpy.context.scene.frame_set(3)
-    assert stale() == "" and cache().kept(bpy.context.scene).recording.frame_end == 48
+    assert stale() == "" and results().kept(bpy.context.scene).recording.frame_end == 48
 
 
 def damage(path, change):
@@ -325,7 +325,7 @@ def damage(path, change):
     store.put_into_file()
     (text,) = (t for t in bpy.data.texts if t.name.startswith(store.TEXT))
     body = text.as_string()
-    cache().clear_recording(bpy.context.scene)
+    results().clear_recording(bpy.context.scene)
     text.from_string(change(body))
     # Saved without the handlers.
     mine = import_module(f"{ADDON}.angen_addon.runtime.handlers")
@@ -352,11 +352,11 @@ def test_what_cannot_be_read_is_told_and_dropped(kept_home, tmp_path, capfd, cha
     damage(tmp_path / "a.blend", change)
     assert stale() is None
     assert not bpy.data.texts
-    assert words in cache().notice and "Simulate again" in cache().notice
+    assert words in results().notice and "Simulate again" in results().notice
     said = capfd.readouterr()
     assert words in said.err and "Traceback" not in said.out + said.err
     ops.simulate()
-    assert cache().notice == "" and stale() == ""
+    assert results().notice == "" and stale() == ""
 
 
 @pytest.fixture
@@ -391,13 +391,13 @@ def test_in_another_blender_a_fresh_recording_is_shown_and_said_to_be_made_elsew
     bpy.context.view_layer.update()
     assert stale() == ""
     save_and_load(tmp_path / "b.blend")
-    kept = cache().kept(bpy.context.scene)
+    kept = results().kept(bpy.context.scene)
     assert stale() == "" and ".".join(map(str, kept.made_in)) == made_in
 
 
 def test_in_another_blender_a_stale_recording_stays_stale(kept_home, tmp_path, newer):
     version = ".".join(map(str, bpy.app.version[:2]))
-    kept = cache().kept(kept_home.scene)
+    kept = results().kept(kept_home.scene)
     kept.fingerprint.digests["Object shelf"] = "another"
     kept.verify(kept_home.scene, bpy.context.evaluated_depsgraph_get())
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "stale.blend"))
@@ -408,7 +408,7 @@ def test_in_another_blender_a_stale_recording_stays_stale(kept_home, tmp_path, n
 
 def test_a_recording_of_an_earlier_version_of_the_extension_is_stale(kept_home, tmp_path):
     """Its digests have other inputs, and cannot be compared."""
-    cache().kept(kept_home.scene).facts = 1
+    results().kept(kept_home.scene).facts = 1
     save_and_load(tmp_path / "a.blend")
     assert stale() == "it was made by an earlier version of Ängen Sensors"
 

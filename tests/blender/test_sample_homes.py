@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.process.standalone import load_extension
 from bl_ext.user_default.angen_sensors.residents.acting import act
-from bl_ext.user_default.angen_sensors.residents.acting.reach import unreached
+from bl_ext.user_default.angen_sensors.residents.acting.unreached_places import unreached
 from bl_ext.user_default.angen_sensors.residents.blender.places import read_places
 from bl_ext.user_default.angen_sensors.residents.body import skeleton
 from bl_ext.user_default.angen_sensors.residents.routine.file import read

@@ -3,8 +3,9 @@
 
 import bpy
 import pytest
+from bl_ext.user_default.angen_sensors.angen_addon.recording.results import RESULTS
+from bl_ext.user_default.angen_sensors.angen_addon.runtime.running import is_running
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.simulation import simulate
-from bl_ext.user_default.angen_sensors.angen_addon.runtime.state import CACHE
 from bl_ext.user_default.angen_sensors.angen_addon.scene.sensors import AngenError as error
 from bl_ext.user_default.angen_sensors.sensor_logic.recording.tracks import Recording
 
@@ -38,7 +39,7 @@ def test_so_does_the_operator(busy):
     before = busy.state()
     assert bpy.ops.angen.simulate() == {"FINISHED"}
     # Only the mark of its recording, by which undo restores an earlier one.
-    assert busy.scene.angen_recording == CACHE.kept(busy.scene).mark
+    assert busy.scene.angen_recording == RESULTS.kept(busy.scene).mark
     busy.scene.angen_recording = 0
     assert busy.state() == before
 
@@ -54,7 +55,7 @@ def test_so_does_a_run_with_substeps_that_is_closed_early(busy):
     run.close()
     assert busy.state() == before
     assert 0 < len(recording.tracks["switch"]) < 48, "what was recorded stays"
-    assert not CACHE.running
+    assert not is_running()
 
 
 def test_so_does_a_run_that_fails_half_way(busy):
@@ -66,7 +67,7 @@ def test_so_does_a_run_that_fails_half_way(busy):
     with pytest.raises(error, match=r"'switch'.*scale"):
         busy.run()
     assert busy.state() == before
-    assert not CACHE.running
+    assert not is_running()
 
 
 @pytest.mark.usefixtures("frame_by_frame")

@@ -5,12 +5,15 @@ from types import SimpleNamespace
 
 import bpy
 import pytest
-from bl_ext.user_default.angen_sensors.angen_addon.progress import Doing, TimeLeft
-from bl_ext.user_default.angen_sensors.angen_addon.runtime.state import CACHE
+from bl_ext.user_default.angen_sensors.angen_addon.recording.results import RESULTS
+from bl_ext.user_default.angen_sensors.angen_addon.runtime.running import running
+from bl_ext.user_default.angen_sensors.angen_addon.scene import memory
 from bl_ext.user_default.angen_sensors.angen_addon.scene.light import engine
 from bl_ext.user_default.angen_sensors.angen_addon.view.readings import reading_text
 from bl_ext.user_default.angen_sensors.operators.long_work import LongWork
 from bl_ext.user_default.angen_sensors.operators.simulate import ANGEN_OT_simulate
+from bl_ext.user_default.angen_sensors.sensor_logic import progress
+from bl_ext.user_default.angen_sensors.sensor_logic.progress import Doing, TimeLeft
 from light_stage import lamp
 from panel_layout import drawn
 
@@ -34,7 +37,7 @@ def simulate(first, last, **given):
 
 
 def kept():
-    return CACHE.kept(bpy.context.scene)
+    return RESULTS.kept(bpy.context.scene)
 
 
 def frames():
@@ -116,7 +119,7 @@ def test_many_runs_keep_few_recordings(home):
     for last in range(2, 12):
         sensor().update_rate = float(last)
         simulate(1, last)
-    assert len(CACHE._kept[home.scene.session_uid]) == 4 and frames() == (1, 11)
+    assert len(RESULTS._kept[home.scene.session_uid]) == 4 and frames() == (1, 11)
 
 
 class Asked(LongWork):
@@ -312,7 +315,7 @@ def test_the_reference_is_traced_once_for_a_scene(referring, monkeypatch):
     assert readings()["Light"] == before["Light"]
     bpy.data.lights[0].shadow_soft_size = 0.5
     assert traces(steps)
-    CACHE.clear()
+    memory.forget_file()
     assert traces(steps)
 
 
@@ -320,7 +323,7 @@ def test_a_longer_run_with_an_earlier_reference_reads_the_same(referring, monkey
     steps = reference_steps(monkeypatch)
     assert traces(steps, 1, 60)
     expected = readings()
-    CACHE.clear()
+    memory.forget_file()
     assert traces(steps, 1, 10) and not traces(steps, 1, 60)
     assert readings() == expected
 
@@ -365,8 +368,8 @@ def test_the_panel_has_the_bar_of_the_operator_at_work(home, monkeypatch):
     monkeypatch.setattr(ANGEN_OT_simulate, "execute", execute)
     try:
         simulate(1, 2)
-        CACHE.running = True
-        text = drawn("ANGEN_PT_simulation").text
+        with running():
+            text = drawn("ANGEN_PT_simulation").text
     finally:
-        CACHE.running, CACHE.working = False, None
+        progress.working = None
     assert "50 %. Esc ends" in text and "Frame 3, path-tracing the reference of the light" in text

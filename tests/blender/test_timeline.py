@@ -7,12 +7,12 @@ from types import SimpleNamespace
 import bpy
 import numpy as np
 import pytest
-from bl_ext.user_default.angen_sensors.angen_addon.runtime.state import CACHE
+from bl_ext.user_default.angen_sensors.angen_addon.recording.results import RESULTS
 from bl_ext.user_default.angen_sensors.angen_addon.view.timeline import draw, layout
 from bl_ext.user_default.angen_sensors.angen_addon.view.timeline.layout import TimelineRegion
 from bl_ext.user_default.angen_sensors.operators import markers as module
-from bl_ext.user_default.angen_sensors.sensor_logic import log, model
-from bl_ext.user_default.angen_sensors.sensor_logic import log as events
+from bl_ext.user_default.angen_sensors.sensor_logic import model
+from bl_ext.user_default.angen_sensors.sensor_logic.recording import events
 from bl_ext.user_default.angen_sensors.sensor_logic.recording import tracks as recording
 
 ADDON = "bl_ext.user_default.angen_sensors"
@@ -54,14 +54,14 @@ def test_events_are_those_of_the_event_log(made, seed):
         }
     track = made(kind, frames, [numbers.random() > 0.5 for _ in frames], **columns)
     track.steps = {"force_n": numbers.choice([0.0, 1.0])}
-    told = {event.frame for event in log.track_events(track)}
+    told = {event.frame for event in events.track_events(track)}
     found = events.log_indices(track)
     assert [track.frames[i] for i in found.tolist()] == sorted(told)
     states = {"moved", "pressed", "partners", "valid"}
-    changes = {e.frame for e in log.track_events(track) if e.field in states} - {1.0}
+    changes = {e.frame for e in events.track_events(track) if e.field in states} - {1.0}
     switches = np.unique(events.event_rows(track, values=False))
     assert [track.frames[i] for i in switches.tolist()] == sorted(changes)
-    rows = [event.frame for event in log.track_events(track) if event.frame > 1.0]
+    rows = [event.frame for event in events.track_events(track) if event.frame > 1.0]
     assert [track.frames[i] for i in events.event_rows(track).tolist()] == sorted(rows)
 
 
@@ -338,7 +338,7 @@ def test_the_header_tells_why_there_are_no_rows(home, monkeypatch):
     assert bpy.ops.angen.simulate() == {"FINISHED"}
     most = next(height for height in range(24, 200) if not told(height))
     assert all(told(height) == "Too low for rows" for height in range(24, most))
-    history = layout.history_of(CACHE.recording(home.scene), home.sensors())
+    history = layout.history_of(RESULTS.recording(home.scene), home.sensors())
     for height in range(most, 200):
         region = TimelineRegion(400, limits[0], height - limits[1], 1.0, 0.0, 1.0)
         assert layout.place(history.rows, region)
@@ -404,7 +404,7 @@ def test_they_are_known_again_in_a_saved_file_and_leave_the_recording(home, tmp_
     select("switch")
     bpy.ops.angen.markers_add()
     home.update()
-    assert CACHE.recording(home.scene) is not None
+    assert RESULTS.recording(home.scene) is not None
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "a.blend"))
     bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "a.blend"))
     assert len(markers(home)) == 3

@@ -161,6 +161,26 @@ def test_lamps_in_instances_follow_the_scale_too(world, scaled):
     assert measured() == pytest.approx(LUX, rel=1e-3)
 
 
+@pytest.mark.parametrize("what", ["Object", "Collection"])
+def test_lamps_that_nodes_instance_follow_the_scale_too(world, scaled, what):
+    metre = scaled(0.01)
+    made = lit(world, metre, "POINT")
+    made.location = (0, 0, 5000 * metre if what == "Object" else 0)
+    tree = bpy.data.node_groups.new("nodes", "GeometryNodeTree")
+    tree.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
+    node = tree.nodes.new(f"GeometryNode{what}Info")
+    if what == "Object":
+        node.inputs["As Instance"].default_value = True
+    node.inputs[what].default_value = made if what == "Object" else world.aside("lamps", made)
+    out = tree.nodes.new("NodeGroupOutput")
+    found = next(s for s in node.outputs if s.type == "GEOMETRY")
+    tree.links.new(found, out.inputs[0])
+    holder = world.link("Chandelier", bpy.data.meshes.new("empty"), (0, 0, 2 * metre))
+    holder.modifiers.new("nodes", "NODES").node_group = tree
+    world.update()
+    assert measured() == pytest.approx(LUX, rel=1e-3)
+
+
 def test_without_units_a_number_is_in_metres(world, scaled):
     scaled(0.01, "NONE")
     lit(world, 1.0, "POINT")

@@ -16,9 +16,11 @@ import bpy
 import numpy as np
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.commands.open_home import ProgressLine
-from bl_ext.user_default.angen_sensors.angen_addon.runtime import moving_scene, stage, state
+from bl_ext.user_default.angen_sensors.angen_addon.runtime import live as live_sensors
+from bl_ext.user_default.angen_sensors.angen_addon.runtime import moving_scene, stage
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.sensor_runner import SensorRunner
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.simulation import simulate
+from bl_ext.user_default.angen_sensors.angen_addon.scene import memory
 from bl_ext.user_default.angen_sensors.angen_addon.scene.rays import frames
 from bl_ext.user_default.angen_sensors.angen_addon.scene.rays.caster import RayCaster
 from bl_ext.user_default.angen_sensors.sensor_logic.recording.tracks import Recording
@@ -270,7 +272,7 @@ def test_random_scenes_and_edits_during_a_run(world, monkeypatch, seed, instance
 @pytest.fixture
 def afresh():
     """Clear what another test left."""
-    state.CACHE.clear()
+    memory.forget_file()
 
 
 def played(world: Any) -> dict[str, dict[float, Any]]:
@@ -278,7 +280,7 @@ def played(world: Any) -> dict[str, dict[float, Any]]:
     found: dict[str, dict[float, Any]] = {}
     for frame in range(world.scene.frame_start, world.scene.frame_end + 1):
         world.scene.frame_set(frame)
-        for name, published in state.CACHE.live.readings.items():
+        for name, published in live_sensors.known_live().readings.items():
             found.setdefault(name, {})[published.frame] = published.reading
     return found
 
@@ -310,7 +312,7 @@ def test_a_setting_changed_while_it_plays_counts_from_the_next_frame_on(world, a
         sensor.angen_sensor.optical_switch.range_max = range_max
         world.update()
         world.scene.frame_set(frame)
-        value = state.CACHE.live.readings["switch"].reading.value
+        value = live_sensors.known_live().readings["switch"].reading.value
         assert value == pytest.approx(expected, abs=1e-6)
 
 
@@ -383,11 +385,11 @@ def recorded(world: Any, *beside: str) -> dict[Any, str]:
 
 def shown(world: Any, *beside: str) -> dict[Any, Any]:
     """Return the readings at the playhead at each frame, with light measured, in the same form."""
-    state.CACHE.live = None
+    live_sensors._current = None
     found = {}
     for frame in range(1, 7):
         world.scene.frame_set(frame)
-        live = state.CACHE.live
+        live = live_sensors.known_live()
         if live.has_waiting_light:
             live.measure_waiting(world.scene, bpy.context.view_layer)
         for name, reading in live.readings.items():

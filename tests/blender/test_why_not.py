@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.commands.command_line import run_command
 from bl_ext.user_default.angen_sensors.angen_addon.explain.explain import MEMORY
-from bl_ext.user_default.angen_sensors.angen_addon.runtime.state import CACHE
+from bl_ext.user_default.angen_sensors.angen_addon.recording.results import RESULTS
 from bl_ext.user_default.angen_sensors.angen_addon.scene.sensors import all_sensors
 from bl_ext.user_default.angen_sensors.angen_addon.view.readings import reading_text
 from bl_ext.user_default.angen_sensors.angen_addon.view.timeline.layout import INVALID, spans_of
@@ -73,12 +73,12 @@ def test_a_detector_that_warms_up_is_not_valid_in_window_timeline_and_report(
     passing.angen_sensor.pir.warm_up_time = 1.0
     ops.simulate()
     name = passing.name
-    track = CACHE.kept(world.scene).recording.tracks[name]
+    track = RESULTS.kept(world.scene).recording.tracks[name]
     bad = track.invalid()
     assert bad.any() and any(track.active)
     assert list(bad) == [time < 1.0 for time in track.times]
     for _ in range(2):
-        track = CACHE.kept(bpy.context.scene).recording.tracks[name]
+        track = RESULTS.kept(bpy.context.scene).recording.tracks[name]
         spans = spans_of(track, 1, 48)
         assert spans.states[0] == INVALID and INVALID not in spans.states[1:]
         assert (spans.starts[0], spans.ends[0]) == (1, 25)
@@ -224,7 +224,7 @@ def operators(world):
 
 def kept(world, addon_part, obj):
     """Return the panel's text at the playhead."""
-    recording = CACHE.recording(world.scene)
+    recording = RESULTS.recording(world.scene)
     if recording is None:
         return None
     scene, event_at = world.scene, addon_part("operators.explain").event_at

@@ -11,6 +11,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from angen_sensors.residents.acting.path_search import Floor, NoPath, find_path, length
 from angen_sensors.residents.acting.places import DOOR, Door
 from angen_sensors.residents.acting.timeline import (
     Acted,
@@ -21,7 +22,6 @@ from angen_sensors.residents.acting.timeline import (
     Switch,
     Timeline,
 )
-from angen_sensors.residents.acting.ways import Floor, NoPath, find_path, length
 from angen_sensors.residents.body import gait, moves, poses
 from angen_sensors.residents.body.cat_skeleton import CAT as CAT_BONES
 from angen_sensors.residents.body.pose import BodyPose

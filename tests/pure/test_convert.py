@@ -9,10 +9,10 @@ import sys
 from pathlib import Path
 
 import pytest
-from angen_sensors.sensor_logic.formats import FORMATS
-from angen_sensors.sensor_logic.formats.log import camel, slug, unique
-from angen_sensors.sensor_logic.formats.reading import read_log
-from angen_sensors.sensor_logic.formats.source import make_log
+from angen_sensors.sensor_logic.logs.formats import FORMATS
+from angen_sensors.sensor_logic.logs.formats.log import camel, slug, unique
+from angen_sensors.sensor_logic.logs.formats.reading import read_log
+from angen_sensors.sensor_logic.logs.formats.source import make_log
 from log_of_a_year import write, year
 
 ROOT = Path(__file__).resolve().parent.parent.parent
@@ -62,7 +62,7 @@ def test_it_needs_no_blender_and_takes_any_format(tmp_path) -> None:
     assert [e.row for e in read_log(target).events] == [e.row for e in read_log(source).events]
 
 
-@pytest.mark.parametrize("verb", ["compare", "replay"])
+@pytest.mark.parametrize("verb", ["compare", "replay", "learn"])
 def test_the_other_verbs_need_no_blender_either(verb) -> None:
     done = subprocess.run(
         [sys.executable, "-c", WITHOUT_BLENDER, verb, "--help"],

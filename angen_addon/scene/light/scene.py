@@ -90,16 +90,20 @@ class Frozen:
         The evaluated depsgraph.
     own
         A function that registers a new datablock and returns it.
+    has_instances
+        Whether geometry nodes of the object make instances.
     """
 
-    def __init__(self, obj: Any, depsgraph: Any, own: Callable[[Any], Any]) -> None:
+    def __init__(
+        self, obj: Any, depsgraph: Any, own: Callable[[Any], Any], has_instances: bool = False
+    ) -> None:
         self._obj = obj
         evaluated = obj.evaluated_get(depsgraph)
         self.made = [_placed(_stand_in(obj, evaluated, depsgraph, own), evaluated.matrix_world)]
-        self._has_instances = obj.type in SHAPES and obj.is_instancer
+        self._has_instances = has_instances or (obj.type in SHAPES and obj.is_instancer)
         self._seen = _look_and_shape(evaluated)
         if self._has_instances:
-            if not obj.show_instancer_for_render:
+            if obj.is_instancer and not obj.show_instancer_for_render:
                 self.made.clear()
             self.made += _instances(obj, depsgraph, own)
 
@@ -381,6 +385,7 @@ class LightScene:
         # Link objects before a scene has the collection: otherwise each one updates the scene.
         shown = self.own(bpy.data.collections.new(".angen_light"))
         housings = Housings()
+        self._by_nodes = instancing_lamps_by_nodes(self._user_scene, self._user_layer.depsgraph)
         panes = Panes(self._user_scene, self._user_layer.depsgraph, self.own)
         instances = Instances(self.own, self._user_scene, housings, panes)
         for obj in list(shown_objects(self._user_layer)):
@@ -397,8 +402,9 @@ class LightScene:
             # Blender 5.2 crashes with a portal and no world.
             return
         made = [obj]
-        if must_be_frozen(obj, self._simulated):
-            self.frozen.append(Frozen(obj, self._user_layer.depsgraph, self.own))
+        by_nodes = obj in self._by_nodes
+        if by_nodes or must_be_frozen(obj, self._simulated):
+            self.frozen.append(Frozen(obj, self._user_layer.depsgraph, self.own, by_nodes))
             made = self.frozen[-1].made
         for seen in made:
             if seen.type != "LIGHT" or is_portal(seen):
@@ -441,10 +447,11 @@ def contents(scene: Any, view_layer: Any, simulated: Simulated) -> Hashable:
     The contents are the world, and the objects that a light scene would have.
     """
     housings = Housings()
+    by_nodes = instancing_lamps_by_nodes(scene, view_layer.depsgraph)
     # One a material, within this call; without this cache each slot of each object takes 20 µs.
     glass = cache(glass_of)
     shown = tuple(
-        (obj.session_uid, must_be_frozen(obj, simulated), *_glass(obj, glass))
+        (obj.session_uid, obj in by_nodes, must_be_frozen(obj, simulated), *_glass(obj, glass))
         for obj in shown_objects(view_layer)
         if not is_left_out(obj, housings)
     )
@@ -469,6 +476,22 @@ def is_left_out(obj: Any, housings: Housings) -> bool:
 def must_be_frozen(obj: Any, simulated: Simulated) -> bool:
     """Return whether an object needs a stand-in that keeps its present shape and place."""
     return obj.hide_render or obj in simulated
+
+
+def instancing_lamps_by_nodes(scene: Any, depsgraph: Any) -> set[Any]:
+    """Return the objects whose nodes instance lamps that a light scene must make brighter.
+
+    Nodes name the user's lamps, so that these objects need copies of the instances.
+    """
+    if unit_scale(scene) == 1.0:
+        return set()
+    return {
+        one.parent.original
+        for one in depsgraph.object_instances
+        if one.is_instance
+        and one.object.type == "LIGHT"
+        and not (is_holder(one.parent.original) or one.parent.original.is_instancer)
+    }
 
 
 def is_portal(obj: Any) -> bool:

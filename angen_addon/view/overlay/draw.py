@@ -11,11 +11,10 @@ from typing import Any
 
 import bpy
 
-from ...runtime import state
+from ...appearance.figures import Figure
 from ...scene.instances import housed_by
 from ...view.readings import ReadingTexts
 from . import labels, refresh
-from .figures import Figure
 from .picture import DrawnSensors, Primitives, SensorRow, changing_figures, joined, picture
 
 THIN, BOLD = 1.2, 2.2
@@ -29,7 +28,7 @@ def _sensors_to_draw(context: Any) -> DrawnSensors | None:
     scene, space = context.scene, context.space_data
     if not refresh.wanted(scene) or not space.overlay.show_overlays:
         return None
-    drawn: DrawnSensors | None = state.CACHE.overlay
+    drawn = refresh.overlay
     if drawn is None or drawn.scene_uid != scene.session_uid:
         refresh.soon()
         return None
@@ -96,7 +95,7 @@ def draw_labels() -> None:
 
 def _drop() -> None:
     """Discard the overlay after undo has freed the objects that it refers to."""
-    state.CACHE.overlay = None
+    refresh.discard()
     refresh.soon()
 
 

@@ -12,8 +12,8 @@ from typing import Any
 import bpy
 from bpy.types import Context, Gizmo, GizmoGroup
 
-from ...runtime import state
 from ...scene.sensors import Sensor
+from . import refresh
 from .labels import nearest, sign_at
 
 # Pixels at an interface scale of 1.
@@ -57,7 +57,7 @@ def is_drawn(context: Context) -> bool:
 
 def sensor_at(context: Context, place: Any) -> Sensor | None:
     """Return the sensor whose sign or label is at `place`, in pixels of the region, or None."""
-    drawn = state.CACHE.overlay
+    drawn = refresh.overlay
     if drawn is None or context.region is None or not is_drawn(context):
         return None
     board = drawn.boards.get(context.region.as_pointer())
@@ -68,7 +68,7 @@ def sensor_at(context: Context, place: Any) -> Sensor | None:
 
 def note_hovered(context: Context, location: Any) -> None:
     """Store the sensor whose sign is at `location` (pixels), so that its label is shown in full."""
-    drawn = state.CACHE.overlay
+    drawn = refresh.overlay
     if drawn is None or context.region is None:
         return
     board = drawn.boards.get(context.region.as_pointer())

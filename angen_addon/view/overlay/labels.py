@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ....sensor_logic.wording import NOTHING
+from ....sensor_logic.logs.wording import NOTHING
 from ...view.readings import ACTIVE, IDLE, UNKNOWN, ReadingText
 from ..gizmos import pixels_of_handles
 from .picture import LOOKS, DrawnSensors, SensorRow, disc
@@ -22,6 +22,8 @@ Rect = tuple[float, float, float, float]
 
 # A label is at least this many times as far from other signs as from its own.
 APART = 2.0
+# The signs of wanted labels have a ring, so that these labels are this many times as far away.
+BESIDE_RING = 1.5
 # Directions (sideways, upwards) from a marker to its label, in the order in which they are tried.
 SIDES = ((1, 0), (-1, 0), (1, 1), (1, -1), (-1, 1), (-1, -1), (0, 1), (0, -1))
 DIAGONAL = 0.7
@@ -58,7 +60,8 @@ def arrange(
     covered
         The parts of the region that other things cover.
     off
-        The distance between a marker and its label, in pixels.
+        The distance between a marker and its label, in pixels. A `wanted` label is `BESIDE_RING`
+        times as far away.
     first
         The numbers of the labels to place after the `wanted` ones and before the rest. They may be
         near other markers.
@@ -73,7 +76,8 @@ def arrange(
     turns = list(order)
     for number in sorted(turns, key=lambda n: 0 if n in wanted else 1 if n in first else 2):
         taken = [*covered, *placed.values()]
-        plates = _plates_beside(markers[number], sizes[number], off)
+        away = off * BESIDE_RING if number in wanted else off
+        plates = _plates_beside(markers[number], sizes[number], away)
         inside = [plate for plate in plates if _contains(free, plate)]
         found = [p for p in inside if not any(_overlaps(p, other) for other in taken)]
         if number in wanted:

@@ -14,8 +14,10 @@ from typing import Any
 
 import bpy
 
-from ...runtime import handlers, state
+from ...runtime import handlers
 from ...runtime.live import live_of
+from ...runtime.running import is_running
+from ...scene import memory
 from .picture import DrawnSensors
 from .settings import redraw_views
 
@@ -23,6 +25,16 @@ from .settings import redraw_views
 SOON = 0.05
 # s. All rays are cast once the playhead has rested for this long.
 REST = 0.25
+
+# What is drawn of the sensors; None before the first update.
+overlay: DrawnSensors | None = None
+
+
+@memory.forgets_at_undo
+def discard() -> None:
+    """Discard what is drawn of the sensors, which refers to their objects."""
+    global overlay
+    overlay = None
 
 
 def wanted(scene: Any) -> bool:
@@ -38,16 +50,17 @@ def wants_rays(scene: Any) -> bool:
 def follow(scene: Any, view_layer: Any, depsgraph: Any) -> None:
     """Update the overlay after a frame change, once the sensors have sensed."""
     if not wanted(scene):
-        state.CACHE.overlay = None
+        discard()
         return
     # An error in the overlay must not end the frame handler that calls this.
     try:
-        _drawn_sensors(scene).follow(scene, view_layer, depsgraph)
-        state.CACHE.overlay.unseen = wants_rays(scene)
+        drawn = _drawn_sensors(scene)
+        drawn.follow(scene, view_layer, depsgraph)
+        drawn.unseen = wants_rays(scene)
     except Exception:
         _give_up(scene)
-    if state.CACHE.overlay is not None and state.CACHE.overlay.unseen:
-        state.CACHE.overlay.followed_at = time.monotonic()
+    if overlay is not None and overlay.unseen:
+        overlay.followed_at = time.monotonic()
         if not bpy.app.timers.is_registered(_update_at_rest):
             bpy.app.timers.register(_update_at_rest, first_interval=REST)
 
@@ -55,8 +68,8 @@ def follow(scene: Any, view_layer: Any, depsgraph: Any) -> None:
 def note_edit(scene: Any) -> None:
     """Mark the overlay as outdated after an edit of the scene, and schedule its update."""
     if wanted(scene):
-        if state.CACHE.overlay is not None:
-            state.CACHE.overlay.outdated = True
+        if overlay is not None:
+            overlay.outdated = True
         soon()
 
 
@@ -71,7 +84,7 @@ def _update_at_rest() -> float | None:
 
     Return the time in s until Blender calls this function again; None to end the timer.
     """
-    drawn = state.CACHE.overlay
+    drawn = overlay
     if drawn is None or not drawn.unseen:
         return None
     stood = time.monotonic() - drawn.followed_at
@@ -85,7 +98,7 @@ def _update() -> None:
     """Cast all rays of the sensors, and update the overlay."""
     context = bpy.context
     scene = context.scene
-    if scene is None or state.CACHE.running or not wanted(scene):
+    if scene is None or is_running() or not wanted(scene):
         return
     try:
         # Until the next evaluation the depsgraph lists objects that were removed and freed.
@@ -102,17 +115,17 @@ def _update() -> None:
 
 
 def _drawn_sensors(scene: Any) -> DrawnSensors:
-    known = state.CACHE.overlay
-    if known is None or known.scene_uid != scene.session_uid:
-        known = state.CACHE.overlay = DrawnSensors(scene)
-    return known
+    global overlay
+    if overlay is None or overlay.scene_uid != scene.session_uid:
+        overlay = DrawnSensors(scene)
+    return overlay
 
 
 def _give_up(scene: Any) -> None:
     """Print the present exception, and draw nothing until the next edit."""
     traceback.print_exc(file=sys.stderr)
-    if state.CACHE.overlay is not None:
-        state.CACHE.overlay.fail(scene)
+    if overlay is not None:
+        overlay.fail(scene)
 
 
 def cancel() -> None:
@@ -120,7 +133,7 @@ def cancel() -> None:
     for timer in (_update, _update_at_rest):
         if bpy.app.timers.is_registered(timer):
             bpy.app.timers.unregister(timer)
-    state.CACHE.overlay = None
+    discard()
 
 
 def register() -> None:

@@ -9,7 +9,8 @@ from typing import Any
 import bpy
 from bpy.types import SpaceDopeSheetEditor
 
-from ...runtime import state
+from ...recording.results import RESULTS
+from ...runtime.edits import EDITS
 from ...scene.instances import Uid, stands_for
 from ...scene.sensors import Sensor
 from .layout import (
@@ -121,11 +122,11 @@ def _rows_here(context: Any) -> tuple[History, frozenset[Uid], Any] | None:
     scene, space = context.scene, context.space_data
     if scene is None or not scene.angen_timeline.show or space.mode != MODE:
         return None
-    recording = state.CACHE.recording(scene)
+    recording = RESULTS.recording(scene)
     if recording is None:
         return None
     settings = scene.angen_timeline
-    sensors = state.CACHE.sensors(context.view_layer)
+    sensors = EDITS.sensors(context.view_layer)
     history = HISTORIES.get(recording, sensors)
     if settings.rows != "ALL":
         uids = frozenset(s.uid for s in sensors_with_rows(settings, sensors, context))
@@ -137,11 +138,11 @@ def _rows_here(context: Any) -> tuple[History, frozenset[Uid], Any] | None:
 
 def why_no_rows(context: Any) -> str:
     """Return why the timeline shows no rows although it should, in a few words; else ""."""
-    scene, kept = context.scene, state.CACHE.kept(context.scene)
+    scene, kept = context.scene, RESULTS.kept(context.scene)
     if not scene.angen_timeline.show:
         return ""
     if kept is None:
-        return NOT_RECORDED if state.CACHE.sensors(context.view_layer) else ""
+        return NOT_RECORDED if EDITS.sensors(context.view_layer) else ""
     if kept.stale:
         return STALE
     region = next((r for r in context.area.regions if r.type == "WINDOW"), None)

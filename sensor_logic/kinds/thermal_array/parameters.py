@@ -7,8 +7,8 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+from ...logs.wording import METRES, Advice, Lengths
 from ...parameters import Choice, Parameters, parameter
-from ...wording import METRES, Advice, Lengths
 
 MOST_PIXELS = 160
 # Many more rays than this fill the memory.

@@ -123,16 +123,16 @@ def test_live_and_in_the_viewport(world, sensor, kind, addon_part):
 def test_it_is_simulated_kept_and_loaded(world, sensor, kind, tmp_path, addon_part):
     *_, reading, first, last = KINDS[kind]
     assert ops.simulate() == {"FINISHED"}
-    cache = addon_part("angen_addon.runtime.state").CACHE
-    track = cache.recording(world.scene).tracks["new"]
+    results = addon_part("angen_addon.recording.results").RESULTS
+    track = results.recording(world.scene).tracks["new"]
     assert len(track) == 48
     assert list(track.columns[reading])[:20] == pytest.approx([first] * 19 + [last], abs=1e-5)
     history = addon_part("angen_addon.view.timeline.layout")
-    rows = history.history_of(cache.recording(world.scene), world.sensors()).rows
+    rows = history.history_of(results.recording(world.scene), world.sensors()).rows
     assert [row.name for row in rows] == ["new"] and list(rows[0].spans.starts) == [1.0, 20.0]
     layout = addon_part("angen_addon.view.timeline.layout")
     view = layout.TimelineRegion(400, 0.0, 40.0, 1.0, 1.0, 48.0)
-    made = history.history_of(cache.recording(world.scene), world.sensors())
+    made = history.history_of(results.recording(world.scene), world.sensors())
     assert layout.strips(made, view, frozenset()).quads
     assert ops.bake_keyframes() == {"FINISHED"}
     path = tmp_path / "home.blend"
@@ -140,7 +140,7 @@ def test_it_is_simulated_kept_and_loaded(world, sensor, kind, tmp_path, addon_pa
     bpy.ops.wm.open_mainfile(filepath=str(path))
     assert bpy.data.objects["new"].angen_sensor.kind == kind
     bpy.context.view_layer.update()
-    again = cache.recording(bpy.context.scene)
+    again = results.recording(bpy.context.scene)
     assert again is not None and list(again.tracks["new"].columns[reading]) == list(
         track.columns[reading]
     )
@@ -173,7 +173,7 @@ def test_it_is_logged_listed_explained_and_reported(
 
 
 def test_every_format_takes_it(world, sensor, kind, tmp_path, addon_part):
-    formats = addon_part("sensor_logic.formats").FORMATS
+    formats = addon_part("sensor_logic.logs.formats").FORMATS
     for name in formats:
         if name == "parquet":
             continue

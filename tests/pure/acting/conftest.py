@@ -12,7 +12,8 @@ from math import pi
 
 import numpy as np
 import pytest
-from angen_sensors.residents.acting import Ground, act
+from angen_sensors.residents.acting import FloorMap, act
+from angen_sensors.residents.acting.path_search import Floor
 from angen_sensors.residents.acting.places import (
     DOOR,
     DRAWER,
@@ -28,7 +29,6 @@ from angen_sensors.residents.acting.places import (
     Storey,
 )
 from angen_sensors.residents.acting.timeline import Acted, openings_at
-from angen_sensors.residents.acting.ways import Floor
 from angen_sensors.residents.body.skeleton import ADULT, CAT, Build
 from angen_sensors.residents.routine import file
 from angen_sensors.residents.routine.routine import Segment
@@ -163,12 +163,12 @@ def home() -> Places:
 
 
 @pytest.fixture(scope="session")
-def ground(home: Places) -> Ground:
-    return Ground(home)
+def floor_map(home: Places) -> FloorMap:
+    return FloorMap(home)
 
 
 @pytest.fixture
-def play(home: Places, ground: Ground) -> Callable[..., Played]:
+def play(home: Places, floor_map: FloorMap) -> Callable[..., Played]:
     """Act activities, `Name = "steps"` one per line, by the minutes at which each begins.
 
     They are acted in the small home, or in `places`.
@@ -186,7 +186,7 @@ def play(home: Places, ground: Ground) -> Callable[..., Played]:
             for (at, activity), end in zip(begins, ends, strict=True):
                 segments.append(Segment(at * 60.0, end * 60.0, person, activity))
         bodies = {person: CAT if person == "cat" else ADULT for person in days} | (builds or {})
-        at, over = (home, ground) if places is None else (places, Ground(places))
+        at, over = (home, floor_map) if places is None else (places, FloorMap(places))
         return Played(act(segments, routine, at, bodies, Draws(seed, MONDAY), day, over), at)
 
     return played
@@ -206,13 +206,15 @@ def routine_text(activities: str, people: list[str]) -> str:
 
 
 @pytest.fixture(scope="session")
-def week(home: Places, ground: Ground) -> Callable[..., Played]:
+def week(home: Places, floor_map: FloorMap) -> Callable[..., Played]:
     """Act a day of a routine file, as it is drawn."""
 
     def played(text: str, day: int, days: int = 7, seed: int = 1) -> Played:
         routine = file.read(text, "week.toml")
         segments = timetable(routine, MONDAY, days, seed)
         bodies = dict.fromkeys(routine.persons, ADULT)
-        return Played(act(segments, routine, home, bodies, Draws(seed, MONDAY), day, ground), home)
+        return Played(
+            act(segments, routine, home, bodies, Draws(seed, MONDAY), day, floor_map), home
+        )
 
     return played

@@ -12,7 +12,7 @@ from angen_sensors.residents.body.skeleton import ADULT, Build, Sort
 from angen_sensors.residents.routine import file, timetable
 from angen_sensors.residents.routine.routine import DAY, Segment
 from angen_sensors.residents.routine.timetable import Draws
-from angen_sensors.sensor_logic.error import InputError
+from angen_sensors.sensor_logic.logs.error import InputError
 
 DRAWS = Draws(1, date(2026, 3, 2))
 ACTIVITIES = """
@@ -59,15 +59,15 @@ def test_what_cannot_be_is_told_with_its_line(play, steps: str, told: str) -> No
     assert told in str(caught.value) or re.search(told, str(caught.value))
 
 
-def test_activities_and_people_that_nobody_knows(home, ground) -> None:
+def test_activities_and_people_that_nobody_knows(home, floor_map) -> None:
     routine = file.read('schema = 1\n[person.anna]\nbegins = "Away"', "week.toml")
     _, segments = timetable.read(
         "start,end,person,activity\n2026-03-02 07:00,2026-03-02 08:00,anna,Nap\n", "d.csv"
     )
     with pytest.raises(InputError, match=r"^d\.csv, line 2: 'anna' does 'Nap'"):
-        act(segments, routine, home, {"anna": ADULT}, DRAWS, 0, ground)
+        act(segments, routine, home, {"anna": ADULT}, DRAWS, 0, floor_map)
     with pytest.raises(InputError, match=r"^'bo' is not a person of the routine; known: 'anna'"):
-        act([Segment(0.0, 60.0, "bo", "Away")], routine, home, {"anna": ADULT}, DRAWS, 0, ground)
+        act([Segment(0.0, 60.0, "bo", "Away")], routine, home, {"anna": ADULT}, DRAWS, 0, floor_map)
 
 
 def test_an_activity_shorter_than_the_way_there(play) -> None:
@@ -89,7 +89,7 @@ def test_who_is_where_the_next_activity_is_does_not_move(play) -> None:
     assert [d.start for d in day.acted.activities] == [0, 600, 1200, 1800]
 
 
-def test_a_diary_with_gaps_and_a_row_that_goes_on_with_the_one_before(home, ground) -> None:
+def test_a_diary_with_gaps_and_a_row_that_goes_on_with_the_one_before(home, floor_map) -> None:
     rows = """start,end,person,activity
 2026-03-02 07:00,2026-03-02 07:20,anna,Relax
 2026-03-02 07:20,2026-03-02 07:30,anna,Relax
@@ -103,7 +103,7 @@ def test_a_diary_with_gaps_and_a_row_that_goes_on_with_the_one_before(home, grou
     routine = file.read(from_day + '[activity.Sleep]\ndo = ["lie Bed"]\n', "week.toml")
     _, segments = timetable.read(rows, "d.csv")
     for day in (0, 1):
-        acted = act(segments, routine, home, {"anna": ADULT}, DRAWS, day, ground)
+        acted = act(segments, routine, home, {"anna": ADULT}, DRAWS, day, floor_map)
         told = [(done.activity, done.place) for done in acted.activities]
         if day == 0:
             names = ["Other", "Relax", "Other", "Toilet", "Other", "Sleep"]

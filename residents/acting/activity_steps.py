@@ -1,0 +1,233 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Parse the steps of a routine's activities, and check their names against the home's marks."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+
+from ...sensor_logic.logs.error import InputError
+from ...sensor_logic.logs.toml_table import suggestion
+from ..routine.routine import AWAY, Routine, RoutineActivity, seconds
+from .places import LIE, SIT, USE, Place, Places
+from .timeline import AWAY as GONE
+from .timeline import LYING, SITTING, STANDING
+
+_DURATION = re.compile(r"\s+((?:\d+(?:\.\d+)?\s*(?:s|min|h)\s*)+)$")
+# Each word of a step: the kind of its name, and whether a duration can follow.
+_PLACE, _LEAF, _LAMP, _THING, _NONE = "place", "door or drawer", "lamp", "thing", ""
+_WORDS = {
+    "go": (_PLACE, True),
+    "stand at": (_PLACE, True),
+    "sit": (_PLACE, True),
+    "lie": (_PLACE, True),
+    "use": (_PLACE, True),
+    "reach": (_PLACE, False),
+    "open": (_LEAF, False),
+    "close": (_LEAF, False),
+    "switch": (_LAMP, False),
+    "take": (_THING, False),
+    "put": (_THING, False),
+    "drink": (_THING, False),
+    "wait": (_NONE, True),
+    "turn over": (_NONE, False),
+    "shift": (_NONE, False),
+    "look around": (_NONE, True),
+    "leave": (_NONE, False),
+}
+# The words after which a person is at their place, with the posture there.
+POSTURES = {"go": STANDING, "stand at": STANDING, "use": STANDING, "sit": SITTING, "lie": LYING,
+            "leave": GONE}  # fmt: skip
+_CAT = {"go", "stand at", "sit", "lie", "use", "wait", "turn over", "shift", "look around"}
+_NEEDS = {"turn over": (LYING,)}
+# The largest side of a thing that a hand can carry, m.
+LARGEST_THING_M = 1.0
+# Default mean number of small movements in a row.
+BURST = 3.0
+
+
+@dataclass(frozen=True)
+class ActivityStep:
+    """A step of an activity, such as "sit sofa" or "switch lamp on".
+
+    Attributes
+    ----------
+    word, name : str
+        What to do, such as "sit", and the name of the object to do it with.
+    lasts : float or None
+        The duration, s; None for the default.
+    at : str
+        The place at which an object is put down, or "".
+    on : bool
+        True to switch a lamp on, False to switch it off.
+    where : str
+        The step's position in the routine's file.
+    """
+
+    word: str
+    name: str
+    lasts: float | None
+    at: str
+    on: bool
+    where: str
+
+    def error(self, text: str) -> InputError:
+        """Return an `InputError` that names the step and its position in the file."""
+        return InputError(f"{self.where}: {' '.join([self.word, self.name]).strip()}: {text}")
+
+
+def parse_step(text: str, where: str, places: Places) -> ActivityStep:
+    """Parse the text of a step; raise `InputError` for an unknown word or name.
+
+    Error texts begin with `where`, the step's position in the file.
+    """
+    word = next((w for w in _WORDS if text == w or text.startswith(w + " ")), None)
+    if word is None:
+        first = text.split(" ", maxsplit=1)[0]
+        raise InputError(
+            f"{where}: {text!r} does not begin with the word of a step; {suggestion(first, _WORDS)}"
+        )
+    kind, may_last = _WORDS[word]
+    rest, lasts = text[len(word) :].strip(), None
+    if may_last and (found := _DURATION.search(" " + rest)):
+        rest, lasts = rest[: max(found.start() - 1, 0)].strip(), seconds(found.group(1))
+    if word == "wait" and lasts is None:
+        raise InputError(f'{where}: wait: give a duration, as in "wait 20 s"')
+    at, on = "", False
+    if word == "put":
+        rest, _, at = rest.partition(" at ")
+    if word == "switch":
+        rest, _, state = rest.rpartition(" ")
+        if state not in ("on", "off"):
+            raise InputError(f'{where}: {text!r} must end with "on" or "off"')
+        on = state == "on"
+    step = ActivityStep(word, rest, lasts, at, on, where)
+    if kind == _NONE and rest:
+        raise step.error(f"{rest!r} must be left out")
+    expected = [(rest, kind)] if kind else []
+    for name, one in [*expected, (at, _PLACE)] if word == "put" else expected:
+        known = _marked_names(one, places)
+        if name not in known:
+            raise step.error(f"no {one} is marked {name!r}; {suggestion(name, known)}")
+        if one == _THING:
+            _check_thing(step, places.places[name])
+    return step
+
+
+def _check_thing(step: ActivityStep, thing: Place) -> None:
+    """Raise `InputError` if an object cannot be carried: it must be marked as Use, and small."""
+    if thing.use != USE:
+        raise step.error(
+            f"only objects whose Use is Use can be carried, and its Use is {thing.use.title()}"
+        )
+    if thing.size > LARGEST_THING_M:
+        raise step.error(
+            f"it is {thing.size:.1f} m large; only objects up to {LARGEST_THING_M:g} m can be "
+            "carried"
+        )
+
+
+def _marked_names(kind: str, places: Places) -> Collection[str]:
+    if kind == _LEAF:
+        return places.doors.keys()
+    return places.lamps.keys() if kind == _LAMP else places.places.keys()
+
+
+def check_can_do(step: ActivityStep, places: Places, is_cat: bool) -> None:
+    """Raise `InputError` for a step that a person, or a cat, cannot perform."""
+    if is_cat and step.word not in _CAT:
+        raise step.error(f"a cat cannot do this; its steps are {', '.join(sorted(_CAT))}")
+    allowed = {"sit": (SIT, LIE), "lie": (LIE,)}.get(step.word)
+    if not is_cat and allowed and places.places[step.name].use not in allowed:
+        fits = sorted(name for name, place in places.places.items() if place.use in allowed)
+        there = ", ".join(map(repr, fits)) or "none"
+        raise step.error(f"this place is not marked for it; places to {step.word}: {there}")
+
+
+@dataclass(frozen=True)
+class RepeatedSteps:
+    """Small movements that are repeated at random times during an activity.
+
+    Attributes
+    ----------
+    steps : tuple of ActivityStep
+        The movements; each time, one of them is drawn at random.
+    every : float
+        The mean time from one movement to the next, s.
+    varies : float
+        The standard deviation of the logarithm of the rests between bursts.
+    burst : float
+        The mean number of movements in a burst, which is several in a row.
+    """
+
+    steps: tuple[ActivityStep, ...]
+    every: float
+    varies: float
+    burst: float
+
+
+@dataclass(frozen=True)
+class ActivitySteps:
+    """The steps of an activity, and the place and posture in which it ends.
+
+    The place or posture is None if no step gives one.
+    """
+
+    steps: tuple[ActivityStep, ...]
+    meanwhile: tuple[RepeatedSteps, ...]
+    place: str | None
+    posture: str | None
+
+    @property
+    def places(self) -> set[str]:
+        """The names of the places at which a step has the person stand, sit, lie or work."""
+        return {step.name for step in self.all_steps if step.word in POSTURES}
+
+    @property
+    def all_steps(self) -> tuple[ActivityStep, ...]:
+        """All steps: those in order, then those repeated during the activity."""
+        return (*self.steps, *(step for one in self.meanwhile for step in one.steps))
+
+
+def read_activities(routine: Routine, places: Places) -> Mapping[str, ActivitySteps]:
+    """Return the steps of each activity by its name, with an activity for being away added.
+
+    Raises `InputError` for a step that cannot be parsed.
+    """
+    found = {
+        name: _parse_activity(activity, places) for name, activity in routine.activities.items()
+    }
+    found[AWAY] = ActivitySteps((ActivityStep("leave", "", None, "", False, AWAY),), (), "", GONE)
+    return found
+
+
+def _parse_activity(activity: RoutineActivity, places: Places) -> ActivitySteps:
+    where = activity.where or (activity.name,) * len(activity.do)
+    steps = tuple(parse_step(text, at, places) for text, at in zip(activity.do, where, strict=True))
+    place: str | None = None
+    posture: str | None = None
+    for step in steps:
+        _check_posture(step, posture)
+        if step.word in POSTURES:
+            place, posture = step.name, POSTURES[step.word]
+    meanwhile = []
+    for one in activity.meanwhile:
+        lines = zip(one.do, one.where or (activity.name,) * len(one.do), strict=True)
+        among = tuple(parse_step(text, at, places) for text, at in lines)
+        for step in among:
+            _check_posture(step, posture)
+            if step.word == "leave":
+                raise step.error(
+                    'the step "leave" cannot be repeated during an activity; make it '
+                    "a separate activity"
+                )
+        usual = 1.0 if any(step.word in POSTURES for step in among) else BURST
+        meanwhile.append(RepeatedSteps(among, one.every, one.varies, one.burst or usual))
+    return ActivitySteps(steps, tuple(meanwhile), place, posture)
+
+
+def _check_posture(step: ActivityStep, posture: str | None) -> None:
+    needed = _NEEDS.get(step.word)
+    if needed and posture not in needed:
+        raise step.error(f"the person must be {' or '.join(needed)}: add a step before it")

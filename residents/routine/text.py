@@ -1,0 +1,192 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Write a routine as TOML, as `file.read` reads it, and days of it as a diary."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from datetime import date, datetime, time, timedelta
+
+from ...sensor_logic.logs.log import to_csv
+from .file import VARIES
+from .routine import (
+    DAY,
+    WEEKDAYS,
+    Filler,
+    Interruption,
+    Pastime,
+    Person,
+    Routine,
+    RoutineActivity,
+    Segment,
+    Spread,
+)
+from .timetable import COLUMNS
+
+# The names of several days of the week together.
+_TOGETHER = {frozenset(range(5)): "weekdays", frozenset((5, 6)): "weekend"}
+# Weights after an activity that differ from the weight by less than this share are left out.
+_LIKE = 0.5
+
+
+def routine_text(routine: Routine, about: Sequence[str], said: Mapping[str, str]) -> str:
+    """Return a routine of persons, activities, fillers and interruptions as TOML.
+
+    Parameters
+    ----------
+    routine : Routine
+        The routine; it has no plans and no absences.
+    about : sequence of str
+        The first lines, which become comments.
+    said : mapping
+        The comment above an activity, by its name.
+    """
+    lines = [f"# {line}" for line in about]
+    lines += ["schema = 1"]
+    for person in routine.persons.values():
+        lines += ["", *_person(person)]
+    for activity in routine.activities.values():
+        if activity.name in said:
+            lines += ["", *(f"# {line}" for line in said[activity.name].split("\n"))]
+        lines += [*([] if activity.name in said else [""]), *_activity(activity)]
+    for filler in routine.fillers:
+        lines += ["", *_filler(filler)]
+    for rule in routine.interruptions:
+        lines += ["", *_interruption(rule)]
+    return "\n".join(lines) + "\n"
+
+
+def diary_text(segments: Iterable[Segment], first: date, gaps: str) -> str:
+    """Return segments as a diary, as `angen day --diary` reads it; `gaps` are not written."""
+    zero = datetime.combine(first, time())
+
+    def moment(seconds: float) -> str:
+        return (zero + timedelta(seconds=round(seconds))).isoformat()
+
+    rows = [
+        (moment(one.start), moment(one.end), one.person, one.activity)
+        for one in segments
+        if one.activity != gaps and round(one.end) > round(one.start)
+    ]
+    return to_csv(COLUMNS, sorted(rows))
+
+
+def _person(person: Person) -> Iterator[str]:
+    yield f"[person.{_key(person.name)}]"
+    if person.resident != person.name:
+        yield f"resident = {_text(person.resident)}"
+    if person.visitor:
+        yield "visitor = true"
+    yield f"begins = {_text(person.begins)}"
+
+
+def _activity(activity: RoutineActivity) -> Iterator[str]:
+    yield f"[activity.{_key(activity.name)}]"
+    yield f"do = {_texts(activity.do)}"
+    if activity.meanwhile:
+        yield "while = ["
+        for row in activity.meanwhile:
+            burst = f", burst = {row.burst:g}" if row.burst is not None else ""
+            yield (
+                f'  {{ do = {_texts(row.do)}, every = "{duration(row.every)}", '
+                f"varies = {row.varies:g}{burst} }},"
+            )
+        yield "]"
+    if activity.labels:
+        labels = (f"{_key(key)} = {_text(label)}" for key, label in activity.labels.items())
+        yield f"labels = {{ {', '.join(labels)} }}"
+
+
+def _filler(filler: Filler) -> Iterator[str]:
+    yield "[[filler]]"
+    yield f"person = {_text(filler.person)}"
+    weekdays = filler.days.weekdays
+    if weekdays != frozenset(range(7)):
+        names = [WEEKDAYS[day] for day in sorted(weekdays)]
+        together = _TOGETHER.get(weekdays)
+        yield f"on = {_text(together) if together else _texts(names)}"
+    yield f'between = ["{clock(filler.begins)}", "{clock(filler.ends)}"]'
+    yield "[filler.choose]"
+    total = sum(choice.weight for choice in filler.choices)
+    for choice in filler.choices:
+        yield f"{_key(choice.activity)} = {{ {', '.join(_choice(choice, 100.0 / total))} }}"
+
+
+def _choice(choice: Pastime, scale: float) -> Iterator[str]:
+    """Yield the keys of a choice, with its weights multiplied by `scale`."""
+    yield f"weight = {_number(choice.weight * scale)}"
+    yield from _lasting(choice.lasts, choice.varies, choice.until, choice.spread)
+    if choice.regular:
+        before, later = choice.usual
+        yield f"usual = [{round(before, 2):g}, {round(max(later, before), 2):g}]"
+        yield f"regular = {choice.regular:.2g}"
+    after = {
+        name: weight
+        for name, weight in choice.after.items()
+        if not weight or abs(weight - choice.weight) > _LIKE * choice.weight
+    }
+    if after:
+        rows = (f"{_key(name)} = {_number(weight * scale)}" for name, weight in after.items())
+        yield f"after = {{ {', '.join(rows)} }}"
+
+
+def _interruption(rule: Interruption) -> Iterator[str]:
+    yield "[[interruption]]"
+    yield f"person = {_text(rule.person)}"
+    yield f"during = {_text(rule.during)}"
+    yield f"activity = {_text(rule.activity)}"
+    yield f"times = {rule.times:.2g}"
+    yield from _lasting(rule.lasts, rule.varies, None, 0.0)
+
+
+def _lasting(
+    lasts: float | None, varies: Spread, until: float | None, spread: float
+) -> Iterator[str]:
+    if until is not None:
+        yield f'until = "{clock(until)}"'
+        yield f'spread = "{duration(spread)}"'
+        return
+    yield f'lasts = "{duration(max(lasts or 0.0, 1.0))}"'
+    below, above = (min(round(part, 2), 3.0) for part in varies)
+    if below == above != VARIES:
+        yield f"varies = {below:g}"
+    elif below != above:
+        yield f"varies = [{below:g}, {above:g}]"
+
+
+def duration(seconds: float) -> str:
+    """Return a duration as a routine has it: to the second below 10 minutes, else to the minute."""
+    if seconds < 600:
+        minutes, rest = divmod(round(seconds), 60)
+        parts = [(minutes, "min"), (rest, "s")]
+    else:
+        hours, minutes = divmod(round(seconds / 60), 60)
+        parts = [(hours, "h"), (minutes, "min")]
+    return " ".join(f"{number} {unit}" for number, unit in parts if number) or "0 s"
+
+
+def clock(seconds: float) -> str:
+    """Return a time of day as text, such as 07:05; the end of the day is 24:00."""
+    minutes = round(seconds / 60)
+    if minutes > DAY / 60:
+        minutes -= round(DAY / 60)
+    return f"{minutes // 60:02d}:{minutes % 60:02d}"
+
+
+def _number(value: float) -> str:
+    """Return a weight with two digits, without an exponent."""
+    text = f"{value:.2g}" if value < 100 else f"{value:.0f}"
+    return text if "e" not in text else f"{value:.6f}".rstrip("0").rstrip(".") or "0"
+
+
+def _key(name: str) -> str:
+    bare = name.isascii() and name.replace("_", "a").replace("-", "a").isalnum()
+    return name if bare else _text(name)
+
+
+def _text(text: str) -> str:
+    return json.dumps(text, ensure_ascii=False)
+
+
+def _texts(texts: Collection[str]) -> str:
+    return f"[{', '.join(map(_text, texts))}]"

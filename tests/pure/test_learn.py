@@ -1,0 +1,402 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`angen learn`: logs of activities in several forms, habits learnt from them, and drawn days."""
+
+from __future__ import annotations
+
+import functools
+import tomllib
+from collections import Counter
+from collections.abc import Callable, Iterable
+from datetime import date, datetime, timedelta
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from angen_sensors.residents.routine import file
+from angen_sensors.residents.routine import learn as learning
+from angen_sensors.residents.routine import timetable as diary
+from angen_sensors.residents.routine.learn import Begun, Days, draw, learn, lived_days
+from angen_sensors.residents.routine.routine import AWAY, Person, Routine, Segment
+from angen_sensors.residents.routine.text import clock, duration, routine_text
+from angen_sensors.sensor_logic.logs.error import InputError
+from angen_sensors.sensor_logic.logs.formats.activities import (
+    DoneActivity,
+    is_activities,
+    read,
+    without_overlaps,
+)
+from angen_sensors.sensor_logic.logs.formats.compare import ks_distance
+from invented_log import (
+    MONDAY,
+    Done,
+    casas,
+    casas_csv,
+    invented,
+    lengths,
+    ordonez,
+    pyadlml,
+    table,
+)
+
+HOUR = 3600.0
+Angen = Callable[..., tuple[int, str, str]]
+
+
+# Logs of activities
+
+
+@pytest.mark.parametrize("form", [table, ordonez, lengths, casas, casas_csv])
+def test_a_log_reads_the_same_in_every_form(
+    form: Callable[[list[Done]], str], tmp_path: Path
+) -> None:
+    rows, path = invented(5), tmp_path / "log.txt"
+    path.write_text(form(rows))
+    found, notes = read(path)
+    # Words in CASAS have no spaces.
+    same = [(one.start, one.end, one.activity.replace("Watch_TV", "Watch TV")) for one in found]
+    assert (same, notes) == (rows, [])
+    assert is_activities(path) == (form in (table, ordonez))
+
+
+def test_folders_name_persons(tmp_path: Path) -> None:
+    rows = invented(5)
+    pyadlml(rows, tmp_path / "pyadlml")
+    days = tmp_path / "days"
+    days.mkdir()
+    lines = [f"{a.isoformat()}.000,{b.isoformat()}.000,anna,{name},room" for a, b, name in rows]
+    days.joinpath("activities.csv").write_text(
+        "start,end,person,activity,room\n" + "\n".join(lines)
+    )
+    for folder in ("pyadlml", "days"):
+        found, _ = read(tmp_path / folder)
+        assert {one.person for one in found} == {"anna"}
+        assert [(one.start, one.end, one.activity) for one in found] == rows
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("start,end,activity\nMonday,2026-03-02,Sleep\n", r"log\.txt, line 2: "),
+        ("2012-11-11 21:14:00\t2012-11-12 00:22:59\tTV\nnow 5\n", r"log\.txt, line 2 is not start"),
+        ("time,value\n1,2\n", "has no activities: give a table with the columns start, end"),
+        ("25-Fob-2008 00:22:46\t25-Fob-2008 00:25:12\t6\n", "line 1: .*is not a date and time"),
+    ],
+)
+def test_what_is_no_log_is_told_in_a_line(text: str, told: str, tmp_path: Path) -> None:
+    path = tmp_path / "log.txt"
+    path.write_text(text)
+    with pytest.raises(InputError, match=told) as caught:
+        read(path)
+    assert "\n" not in str(caught.value)
+
+
+def test_kasteren_writes_months_as_words(tmp_path: Path) -> None:
+    path = tmp_path / "log.txt"
+    path.write_text("25-Feb-2008 9:22:46\t25-Feb-2008 09:25:12\t6\n")
+    assert read(path)[0] == [
+        DoneActivity(datetime(2008, 2, 25, 9, 22, 46), datetime(2008, 2, 25, 9, 25, 12), "", "6")
+    ]
+
+
+def test_what_begins_later_interrupts_what_is_under_way() -> None:
+    def done(*rows: tuple[int, int, str]) -> list[DoneActivity]:
+        minute = timedelta(minutes=1)
+        return [DoneActivity(MONDAY + a * minute, MONDAY + b * minute, "", n) for a, b, n in rows]
+
+    given = done((0, 100, "Sleep"), (20, 25, "Toilet"), (90, 120, "TV"), (120, 130, "TV"))
+    assert without_overlaps(given) == done(
+        (0, 20, "Sleep"), (20, 25, "Toilet"), (25, 90, "Sleep"), (90, 130, "TV")
+    )
+
+
+# Habits
+
+
+@functools.cache
+def log(days: int = 28) -> Any:
+    return lived_days(DoneActivity(a, b, "", name) for a, b, name in invented(days))
+
+
+@functools.cache
+def learnt() -> Routine:
+    """The routine as its text is read back."""
+    text = routine_text(learn(log(), Person("anna", "Adult", False, "")), ["About."], {})
+    return file.read(text, "learnt.toml")
+
+
+@functools.cache
+def drawn(seed: int = 7, days: int = 140) -> Any:
+    return draw(learnt(), "anna", days, seed)
+
+
+def cases(days: Days, activity: str) -> list[Begun]:
+    return [one for begun in days.values() for one in begun if one.activity == activity]
+
+
+def times_a_day(days: Days, activity: str) -> np.ndarray:
+    return np.array([sum(one.activity == activity for one in begun) for begun in days.values()])
+
+
+@pytest.mark.parametrize("activity", ["Sleep", "Use_Toilet", "Wash", "Breakfast", "Watch TV"])
+def test_drawn_days_are_like_the_log(activity: str) -> None:
+    real, ours = log().begun, drawn().begun
+    for of in (lambda one: one.begins, lambda one: one.lasts):
+        # The log has whole minutes.
+        values = [
+            np.array([float(round(of(one) / 60)) for one in cases(days, activity)])
+            for days in (real, ours)
+        ]
+        assert ks_distance(*values) < 0.25
+    assert ks_distance(*(times_a_day(days, activity) for days in (real, ours))) < 0.25
+
+
+def test_weekends_have_habits_of_their_own() -> None:
+    def median_start(weekend: bool) -> float:
+        days = {d: b for d, b in drawn().begun.items() if (d.weekday() > 4) == weekend}
+        return float(np.median([one.begins for one in cases(days, "Breakfast")])) / HOUR
+
+    assert median_start(False) == pytest.approx(7.2, abs=0.4)
+    assert median_start(True) == pytest.approx(9.2, abs=0.5)
+
+
+def test_what_is_done_once_a_day_is_drawn_once_a_day() -> None:
+    assert np.mean(times_a_day(log().begun, "Breakfast") == 1) == 1.0
+    assert np.mean(times_a_day(drawn().begun, "Breakfast") == 1) > 0.85
+
+
+def test_what_follows_what_is_learnt() -> None:
+    def share(days: Days) -> float:
+        before = Counter(one.before for one in cases(days, "Wash"))
+        return before["Use_Toilet"] / before.total()
+
+    assert share(log().begun) == 1.0
+    assert share(drawn().begun) > 0.9
+
+
+def test_nights_are_interrupted_and_end_in_the_morning() -> None:
+    found = drawn()
+    assert (log().rest, found.rest) == ("Sleep", "Sleep")
+    share = np.mean([bool(found.interruptions[day]) for day in found.outer])
+    assert share == pytest.approx(0.4, abs=0.12)
+    nights = [one for one in cases(found.outer, "Sleep") if one.lasts > 2 * HOUR]
+    ends = np.array([(one.begins + one.lasts) / HOUR % 24 for one in nights])
+    assert np.mean((ends > 6) & (ends < 10)) > 0.95
+
+
+def test_a_week_is_too_short_for_habits_of_weekends() -> None:
+    routine = learn(log(8), Person("anna", "Adult", False, ""))
+    assert {filler.days.weekdays for filler in routine.fillers} == {frozenset(range(7))}
+
+
+def test_without_a_whole_day_there_is_nothing_to_learn() -> None:
+    with pytest.raises(InputError, match="there is no whole day, from 04:00 to 04:00"):
+        lived_days([DoneActivity(MONDAY, MONDAY + timedelta(hours=3), "", "Sleep")])
+
+
+def test_the_text_of_a_routine_reads_back_as_the_same_text() -> None:
+    said = {"Wash": "Often.\nAnd more."}
+    text = routine_text(learnt(), ["About."], said)
+    again = file.read(text, "again.toml")
+    for one, two in zip(learnt().fillers, again.fillers, strict=True):
+        assert (one.days, one.begins, one.ends) == (two.days, two.begins, two.ends)
+        assert [c.activity for c in one.choices] == [c.activity for c in two.choices]
+    assert learnt().interruptions == again.interruptions
+    assert "# Often.\n# And more.\n[activity.Wash]\n" in text
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"),
+    [(5, "5 s"), (60, "1 min"), (119.6, "2 min"), (125, "2 min 5 s"), (3600, "1 h"), (0, "0 s"),
+     (599.7, "10 min"), (5400, "1 h 30 min")],
+)  # fmt: skip
+def test_durations_as_text(seconds: float, text: str) -> None:
+    assert duration(seconds) == text
+
+
+def test_times_of_day_as_text() -> None:
+    assert [clock(h * HOUR) for h in (0, 7.1, 24, 25.5)] == ["00:00", "07:06", "24:00", "01:30"]
+
+
+# What a filler can say
+
+FILLER = """
+schema = 1
+[person.anna]
+begins = "Rest"
+[activity]
+Rest = { do = ["wait 5 s"] }
+Tea = { do = ["wait 5 s"] }
+Night = { do = ["wait 5 s"] }
+[[filler]]
+person = "anna"
+between = ["06:00", "22:00"]
+[filler.choose]
+Rest = { weight = 5, lasts = "10 min", varies = 0, after = { Rest = 0 } }
+Tea = { weight = 5, lasts = "10 min", varies = [0, 1], after = { Tea = 0 } }
+[[filler]]
+person = "anna"
+between = ["22:00", "06:00"]
+[filler.choose]
+Night = { weight = 1, until = "07:30", spread = "5 min" }
+"""
+
+
+def segments(text: str, days: int = 30, seed: int = 1) -> list[Segment]:
+    return diary.timetable(file.read(text, "f.toml"), date(2026, 3, 2), days, seed)
+
+
+def begins_a_day(found: Iterable[Segment], activity: str, days: int = 30) -> np.ndarray:
+    starts = [one.start for one in found if one.activity == activity]
+    return np.histogram(starts, [86_400.0 * n + 4 * HOUR for n in range(days)])[0]
+
+
+def test_an_activity_of_weight_0_after_another_never_follows_it() -> None:
+    found = [one.activity for one in segments(FILLER) if one.activity != "Night"]
+    assert found.count("Rest") > 100
+    text = FILLER.replace("after = { Rest = 0 }", "after = { Rest = 0, Tea = 0 }")
+    # Nothing can follow tea: it goes on until the filler ends.
+    assert max(begins_a_day(segments(text), "Tea")) == 1
+
+
+def test_spread_above_the_median_alone() -> None:
+    lasts = np.array([one.end - one.start for one in segments(FILLER) if one.activity == "Tea"])
+    assert np.quantile(lasts, 0.3) == pytest.approx(600.0)
+    assert np.quantile(lasts, 0.9) > 1200.0
+
+
+def test_a_night_that_a_filler_draws_goes_over_midnight_to_its_end() -> None:
+    nights = [one for one in segments(FILLER) if one.activity == "Night"][1:-1]
+    assert len(nights) > 25
+    ends = np.array([one.end / HOUR % 24 for one in nights])
+    assert ends == pytest.approx(7.5, abs=0.4) and ends.std() > 0.02
+
+
+def test_what_is_usual_and_regular_is_made_up_for() -> None:
+    text = FILLER.replace(", after = { Rest = 0 }", "").replace(", after = { Tea = 0 }", "")
+    text = text.replace('5, lasts = "10 min", varies = [0, 1]',
+                        '0.5, lasts = "10 min", usual = [0, 8], regular = REGULAR')  # fmt: skip
+    free, regular = (
+        begins_a_day(segments(text.replace("REGULAR", k), 60), "Tea", 60)[1:] for k in ("0", "2")
+    )
+    assert free.std() > 1.5 * regular.std()
+    assert free.mean() == pytest.approx(8, abs=1.5) and regular.mean() == pytest.approx(8, abs=1.0)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ("varies = [0, 1]", "varies = [0, 1, 2]", "varies: .* is not two numbers: below and above"),
+        ("varies = [0, 1]", "varies = [0, 4]", "varies: 4 is not a number from 0 to 3"),
+        ("{ Tea = 0 }", "{ Teo = 0 }", "the activity 'Teo' is unknown; did you mean 'Tea'"),
+        ("{ Tea = 0 }", "{ Tea = -1 }", "Tea: -1 is not a number"),
+        ("varies = [0, 1]", "usual = [0, 1]", "give both 'usual' and 'regular', or neither"),
+        ("varies = [0, 1]", "usual = [2, 1], regular = 1", "the second number is smaller"),
+        ("varies = [0, 1]", "usual = 3, regular = 1", "usual: 3 is not two numbers"),
+        ('until = "07:30"', 'until = "07:30", lasts = "1 h"', "give either 'lasts' or 'until'"),
+    ],
+)
+def test_what_is_wrong_in_a_filler_is_told_with_its_line(old: str, new: str, told: str) -> None:
+    assert FILLER.count(old) == 1
+    line = FILLER[: FILLER.index(old)].count("\n") + 1
+    with pytest.raises(InputError, match=rf"^f\.toml, line {line}: .*{told}"):
+        file.read(FILLER.replace(old, new), "f.toml")
+
+
+# The command
+
+HOME = """
+schema = 1
+[person.karin]
+resident = "Person rig"
+begins = "Sleeping"
+[activity.Sleeping]
+do = ["lie Bed"]
+while = [{ do = ["turn over"], every = "20 min", varies = 1.0 }]
+labels = { casas = "Sleep" }
+[activity."Use toilet"]
+do = ["sit Toilet 2 min"]
+[activity.Television]
+do = ["sit Sofa"]
+"""
+
+
+@pytest.fixture
+def given(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with a log, a routine of the home, and a map of labels; learning is quick."""
+    monkeypatch.setattr(learning, "ROUNDS", 1)
+    tmp_path.joinpath("log.csv").write_text(table(invented(14)))
+    tmp_path.joinpath("home.toml").write_text(HOME)
+    tmp_path.joinpath("map.toml").write_text(
+        '[labels]\n"Watch TV" = "Television"\nBreakfast = "Away"\n'
+    )
+    return tmp_path
+
+
+def learn_from(angen: Angen, folder: Path, *options: Any) -> tuple[int, str]:
+    out = folder / "out.toml"
+    status, printed, told = angen("learn", folder / "log.csv", "--out", out, *options)
+    assert printed == ""
+    return status, told
+
+
+def test_activities_of_the_home_are_taken_over_and_others_are_named(
+    angen: Angen, given: Path
+) -> None:
+    options = ["--routine", given / "home.toml", "--labels", given / "map.toml"]
+    status, told = learn_from(angen, given, *options)
+    assert status == 0
+    assert told.count("\n") == 1 and "has no activity for 'Wash': add what is done to it" in told
+    text = given.joinpath("out.toml").read_text()
+    found = tomllib.loads(text)
+    assert found["person"] == {"karin": {"resident": "Person rig", "begins": "Sleep"}}
+    # A name, a label, and a name of the map.
+    assert found["activity"]["Sleep"]["do"] == ["lie Bed"]
+    assert found["activity"]["Sleep"]["while"][0]["every"] == "20 min"
+    assert found["activity"]["Use_Toilet"]["do"] == ["sit Toilet 2 min"]
+    assert found["activity"]["Television"]["labels"] == {"log": "Watch TV"}
+    assert found["activity"]["Wash"]["do"] == ["wait 5 s"]
+    assert AWAY not in found["activity"]
+    assert "# Say in 'do' what is done" in text
+    assert file.read(text, "out.toml").fillers
+
+
+def test_without_a_routine_of_the_home_one_line_says_what_to_fill_in(
+    angen: Angen, given: Path
+) -> None:
+    status, told = learn_from(angen, given)
+    assert status == 0 and told.count("\n") == 1 and "fill in what is done ('do')" in told
+
+
+def test_drawn_days_are_a_diary(angen: Angen, given: Path) -> None:
+    found = []
+    for seed in (1, 1, 2):
+        options = ["--diaries", 4, "--start", "2026-03-07", "--seed", seed]
+        assert learn_from(angen, given, *options) == (0, "")
+        found.append(given.joinpath("out.toml").read_text())
+    assert found[0] == found[1] != found[2]
+    first, rows = diary.read(found[0], "diary.csv")
+    assert first == date(2026, 3, 7)
+    assert {one.person for one in rows} == {"resident"}
+    assert rows[0].start == 0.0 and rows[-1].end == 4 * 86_400.0
+
+
+def test_each_person_has_habits_of_their_own(angen: Angen, given: Path) -> None:
+    rows = [f"{a},{b},{who},{name}" for who in ("anna", "bo") for a, b, name in invented(8)]
+    given.joinpath("log.csv").write_text("start,end,person,activity\n" + "\n".join(rows))
+    assert learn_from(angen, given)[0] == 0
+    both = file.read(given.joinpath("out.toml").read_text(), "out.toml")
+    assert set(both.persons) == {filler.person for filler in both.fillers} == {"anna", "bo"}
+    assert learn_from(angen, given, "--person", "bo")[0] == 0
+    one = file.read(given.joinpath("out.toml").read_text(), "out.toml")
+    assert set(one.persons) == {"bo"}
+    status, told = learn_from(angen, given, "--person", "eva")
+    assert status == 2 and "nobody is called 'eva': there are 'anna', 'bo'" in told
+
+
+def test_the_log_is_never_written_over(angen: Angen, given: Path) -> None:
+    path = given / "log.csv"
+    before = path.read_bytes()
+    status, _, told = angen("learn", path, "--out", path)
+    assert status == 2 and told.count("\n") == 1
+    assert path.read_bytes() == before

@@ -10,7 +10,7 @@ from bpy.props import EnumProperty, StringProperty
 from bpy.types import Context, Menu, Operator
 
 from ..angen_addon.authoring.presets import find_preset, new_sensor
-from ..angen_addon.scene.rooms import fill_room
+from ..angen_addon.scene.home.rooms import fill_room
 from ..sensor_logic.kind import Preset
 from ..sensor_logic.kinds import KINDS
 from ..sensor_logic.logs.error import AngenError

@@ -11,7 +11,7 @@ from bpy.types import Context, Operator
 from bpy_extras.io_utils import ExportHelper, ImportHelper
 
 from ..angen_addon.layout.apply import apply_layout
-from ..angen_addon.output.describe import layout_text
+from ..angen_addon.layout.describe import layout_text
 from ..angen_addon.output.output_files import write
 from ..angen_addon.relative_path import RELATIVE_PATH, ChosenFile
 from ..angen_addon.scene.sensors import all_sensors

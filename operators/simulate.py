@@ -18,7 +18,6 @@ from bpy.props import BoolProperty, IntProperty
 from bpy.types import Context, Event, Operator
 
 from ..angen_addon.advice import lacking
-from ..angen_addon.progress import Doing, Enough, Work
 from ..angen_addon.recording.references import REFERENCES
 from ..angen_addon.recording.results import RESULTS
 from ..angen_addon.recording.stored_recording import StoredRecording, settings_of, stored_run
@@ -29,6 +28,7 @@ from ..angen_addon.scene.sensors import Sensor, all_sensors, simulated
 from ..sensor_logic.kind import LIGHT
 from ..sensor_logic.logs.error import AngenError
 from ..sensor_logic.logs.wording import capital
+from ..sensor_logic.progress import Doing, Enough, Work
 from ..sensor_logic.recording.tracks import Recording
 from .long_work import LongWork
 from .polls import cancelled, is_idle, needs

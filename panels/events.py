@@ -9,8 +9,8 @@ from typing import Any
 import bpy
 from bpy.types import Context, DOPESHEET_HT_header, Panel
 
+from ..angen_addon.appearance.facts import Explanation
 from ..angen_addon.explain.explain import MEMORY
-from ..angen_addon.explain.facts import Explanation
 from ..angen_addon.recording.results import RESULTS
 from ..angen_addon.runtime.edits import EDITS
 from ..angen_addon.runtime.playhead import why_not_recorded

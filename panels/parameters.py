@@ -9,7 +9,7 @@ from typing import Any
 from bpy.types import Context
 
 from ..angen_addon.advice.sensing import unreachable
-from ..angen_addon.kinds import appearance_of
+from ..angen_addon.appearance.appearance import appearance_of
 from ..angen_addon.scene.instances import is_sensor
 from ..angen_addon.scene.lengths import lengths_of
 from ..angen_addon.scene.sensors import Sensor, check

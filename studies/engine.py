@@ -25,8 +25,8 @@ from typing import Any, TypeVar
 import dask
 import distributed
 
-from ..angen_addon.commands.console import note
 from ..angen_addon.process import standalone
+from ..angen_addon.process.console import note
 from ..parts import installation
 from ..sensor_logic.logs.error import AngenError, InputError, explained
 from ..sensor_logic.logs.files import write_files

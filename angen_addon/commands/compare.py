@@ -7,15 +7,15 @@ import io
 import json
 import sys
 
-from ...sensor_logic.logs import compare
-from ...sensor_logic.logs.compare import measures, read_both
 from ...sensor_logic.logs.error import AngenError
 from ...sensor_logic.logs.files import write_files
+from ...sensor_logic.logs.formats import compare
+from ...sensor_logic.logs.formats.compare import measures, read_both
 from ...sensor_logic.logs.formats.label_map import read_map
 from ...sensor_logic.logs.formats.outputs import check_apart
 from ...sensor_logic.report import comparison
-from .console import BAD_INPUT, DONE, FAILED, note
-from .parser import Parser, path
+from ..process.console import BAD_INPUT, DONE, FAILED, note
+from ..process.parser import Parser, path
 
 
 def main(arguments: list[str], program: str) -> int:

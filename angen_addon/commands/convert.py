@@ -21,8 +21,8 @@ from ...sensor_logic.logs.formats.units import UNIT_HELP, Units
 from ...sensor_logic.logs.log import parse_start
 from ...sensor_logic.logs.wording import plural
 from ..output.faulty import Faults, add_options
-from .console import BAD_INPUT, DONE, note
-from .parser import Parser, path
+from ..process.console import BAD_INPUT, DONE, note
+from ..process.parser import Parser, path
 
 
 def main(arguments: list[str], program: str) -> int:

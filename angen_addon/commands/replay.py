@@ -21,8 +21,8 @@ from ..output.mqtt.address import AT_ONCE, Address, add_options, address_of
 from ..output.mqtt.link import Link
 from ..output.mqtt.player import Player, remove_messages, retained_messages
 from ..output.version import extension_version
-from .console import BAD_INPUT, DONE, FAILED, Interrupt, leave_hard, note
-from .parser import Parser, path
+from ..process.console import BAD_INPUT, DONE, FAILED, Interrupt, leave_hard, note
+from ..process.parser import Parser, path
 
 INTERRUPTED = "interrupted: the broker now shows the sensors as unavailable"
 

@@ -20,8 +20,8 @@ from ...sensor_logic.kind import RAYS, Kind
 from ...sensor_logic.kinds import KINDS
 from ...sensor_logic.logs.error import AngenError
 from ...sensor_logic.model import Array, Pose, Update
-from ..progress import Doing, Work, finished
-from ..scene.evaluated_home import EvaluatedHome
+from ...sensor_logic.progress import Doing, Work, finished
+from ..scene.home.evaluated_home import EvaluatedHome
 from ..scene.instances import Uid
 from ..scene.sensors import (
     Sensor,

@@ -16,7 +16,7 @@ from ...sensor_logic.layout.entries import Layout, LayoutEntry, read_layout
 from ...sensor_logic.logs.error import explained
 from ...sensor_logic.logs.wording import named
 from ...sensor_logic.parameters import former_text
-from ..authoring.housing import Housing, housing_mesh
+from ..appearance.housing import Housing, housing_mesh
 from ..authoring.of_kind import housing_of
 from ..runtime.time_base import evaluated_depsgraph
 from ..scene.instances import chain, is_sensor

@@ -18,8 +18,8 @@ from ...sensor_logic.logs.formats.log import DEFAULT_START, Log, SensorFacts
 from ...sensor_logic.logs.formats.source import make_log
 from ...sensor_logic.recording.events import events, samples_of
 from ...sensor_logic.recording.tracks import Recording
+from ..layout.describe import parameters_of
 from ..scene.sensors import Sensor
-from .describe import parameters_of
 from .version import extension_version
 
 

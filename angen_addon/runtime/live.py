@@ -16,7 +16,7 @@ from ...sensor_logic.clock import Clock
 from ...sensor_logic.logs.error import AngenError
 from ...sensor_logic.logs.fields import Field
 from ...sensor_logic.model import Reading
-from ..progress import Doing, Work, finished
+from ...sensor_logic.progress import Doing, Work, finished
 from ..scene import memory, outputs
 from ..scene.instances import Uid
 from ..scene.light.probe import LightRequest

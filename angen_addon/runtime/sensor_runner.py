@@ -442,10 +442,6 @@ class SensorRunner:
         """Whether the sensor may also sense at steps between its updates."""
         return self.watches or self._steps_before > 0
 
-    def is_integrated(self, step: int, update: int) -> bool:
-        """Return whether the sensor integrates over a step, at the update at the step `update`."""
-        return update - step <= self._steps_before
-
     def is_watched(self, steps: Any) -> Any:
         """Return whether the sensor also senses at steps (n,) if it publishes at none of them."""
         spacing = self.schedule.steps_per_update

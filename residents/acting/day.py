@@ -13,18 +13,18 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TypeVar
 
-from ...angen_addon.progress import Doing, Work, finished
 from ...sensor_logic.logs.error import InputError
 from ...sensor_logic.logs.toml_table import suggestion
+from ...sensor_logic.progress import Doing, Work, finished
 from ..body.skeleton import Build
 from ..routine.routine import DAY, Routine, Segment
 from ..routine.timetable import OTHER, Draws, Stream
+from .activity_steps import ActivitySteps, check_can_do, read_activities
 from .floor_map import FloorMap
 from .home_in_use import HomeInUse
 from .performer import Performer
 from .places import Places
 from .timeline import AWAY, STANDING, Acted, ActedActivity, Stay, Wait
-from .words import ActivitySteps, check_can_do, read_activities
 
 # How long the activity at the end of the day is acted past midnight, s.
 AFTER = 60.0
@@ -93,7 +93,7 @@ def acting(
     home = HomeInUse(places, floor_map or FloorMap(places), users=users)
     plans = {person: _segments_of_day(segments, person, day, draws) for person in residents}
     _restore_home(home, segments, activities, plans, day)
-    left = home.state()
+    initial = home.state()
     people: list[Performer] = []
     for person, build in residents.items():
         begun = min((s.start for s, _ in plans[person]), default=0.0)
@@ -103,7 +103,7 @@ def acting(
         people.append(performer)
     first = min((performer.actor.now for performer in people), default=0.0)
     yield from _run_all([(performer, plans[performer.actor.name]) for performer in people])
-    home.record_initial_state(left, first)
+    home.record_initial_state(initial, first)
     return _collect_acted(home, people)
 
 
@@ -280,9 +280,9 @@ def _collect_acted(home: HomeInUse, people: list[Performer]) -> Acted:
     )
 
 
-def _cut_to_day(found: list[T]) -> list[T]:
+def _cut_to_day(entries: list[T]) -> list[T]:
     """Return the entries that overlap the day, cut at both midnights."""
-    inside = [one for one in found if one.end > 0.0 and one.start < DAY]
+    inside = [one for one in entries if one.end > 0.0 and one.start < DAY]
     return [replace(one, start=max(one.start, 0.0), end=min(one.end, DAY)) for one in inside]
 
 

@@ -103,20 +103,20 @@ class HomeInUse:
         return dict(self.lamps), dict(self.openings), dict(self.things)
 
     def record_initial_state(
-        self, left: tuple[dict[str, bool], dict[str, float], dict[str, str]], first: float
+        self, initial: tuple[dict[str, bool], dict[str, float], dict[str, str]], begins: float
     ) -> None:
-        """Record the state `left`, a result of `state`, as the state at the start of the day.
+        """Record `initial`, a result of `state`, as the state at the start of the day.
 
-        The record has changes without a person, just before the time `first` (s).
+        The record has changes without a person, just before the time `begins` (s).
         """
-        lamps, openings, things = left
-        self.switches += [Switch(first - 1.0, lamp, on, "") for lamp, on in lamps.items()]
+        lamps, openings, things = initial
+        self.switches += [Switch(begins - 1.0, lamp, on, "") for lamp, on in lamps.items()]
         for name, opening in openings.items():
-            resting = LeafSwing(first - 2.0, first - 1.0, opening, opening, "")
+            resting = LeafSwing(begins - 2.0, begins - 1.0, opening, opening, "")
             self.swings[name] = [resting, *self.swings.get(name, [])]
         for name, place in things.items():
             at = self.put_position(name, self.places.places[place])
-            self.holds[name] = [Hold(first - 2.0, None, at), *self.holds.get(name, [])]
+            self.holds[name] = [Hold(begins - 2.0, None, at), *self.holds.get(name, [])]
 
     @staticmethod
     def put_position(thing: str, place: Place) -> Array | None:

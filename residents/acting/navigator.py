@@ -14,6 +14,7 @@ from collections.abc import Generator, Mapping, Sequence
 import numpy as np
 
 from ...sensor_logic.model import Array
+from .activity_steps import ActivityStep
 from .actor import Actor
 from .hands import Hands
 from .home_in_use import HomeInUse
@@ -22,7 +23,6 @@ from .places import LIE, SIT, Door, Place
 from .route_planner import RoutePlanner
 from .timeline import STANDING, WALKING, Wait
 from .walking_frame import FETCH_M, Standpoint, parking_on_path
-from .words import ActivityStep
 
 Process = Generator[None, None, None]
 # How long a person waits for others before squeezing past, and how often the person looks, s.

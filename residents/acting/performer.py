@@ -12,6 +12,7 @@ from ...sensor_logic.model import Array
 from ..body.skeleton import Build
 from ..routine.routine import DAY, Segment
 from ..routine.timetable import Stream
+from .activity_steps import POSTURES, ActivityStep, ActivitySteps, RepeatedSteps
 from .actor import LOOK, Actor
 from .floor_map import Spot
 from .hands import Hands
@@ -19,7 +20,6 @@ from .home_in_use import HomeInUse
 from .navigator import ActivityAbandoned, Navigator, Process
 from .places import Door, Place
 from .timeline import AWAY, LYING, SITTING, STANDING, ActedActivity
-from .words import POSTURES, ActivityStep, ActivitySteps, RepeatedSteps
 
 # Default duration of a step, and duration of a step that comes too late, s.
 USUAL, LATE = 10.0, 5.0

@@ -12,12 +12,12 @@ import numpy as np
 
 from ...sensor_logic.model import Array
 from ..body.skeleton import Build, Sort
+from .activity_steps import ActivityStep
 from .actor import Actor
 from .floor_map import Spot
 from .home_in_use import HomeInUse
 from .path_search import NoPath, resample, round_corners
 from .places import Door, Place
-from .words import ActivityStep
 
 # Half of the width that a walking person needs, m.
 HALF_WIDTH = {Sort.OLDER_ADULT: 0.25, Sort.ADULT: 0.25, Sort.CHILD: 0.20, Sort.CAT: 0.10}

@@ -152,10 +152,10 @@ class Timeline:
         """
         times = np.asarray(times, float)
         ends = np.array([clip.end for clip in self.clips])
-        which = np.minimum(np.searchsorted(ends, times, side="right"), len(ends) - 1)
+        numbers = np.minimum(np.searchsorted(ends, times, side="right"), len(ends) - 1)
         pose: BodyPose | None = None
-        for number in np.unique(which):
-            index = np.flatnonzero(which == number)
+        for number in np.unique(numbers):
+            index = np.flatnonzero(numbers == number)
             part = self.clips[number].at(times[index])
             if pose is None:
                 pose = part.repeated(len(times))

@@ -283,7 +283,7 @@ class Home(home.Home):
         """
         found = self._simulated(sensors)
         text = isinstance(routine, str) and "\n" in routine
-        plan = Plan.of(str(routine), "routine") if text else Plan.read(Path(routine))
+        plan = Plan.from_text(str(routine), "routine") if text else Plan.read(Path(routine))
         household = household_of(found, plan, start, seed)
         span = _seconds(between) if between is not None else None
         [day] = run_days(household, [0], between=span)

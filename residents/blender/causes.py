@@ -14,8 +14,8 @@ import bpy
 import numpy as np
 from mathutils import Vector
 
-from ...angen_addon.explain.recorded import RecordedSensor
-from ...angen_addon.kinds import appearance_of
+from ...angen_addon.appearance.appearance import appearance_of
+from ...angen_addon.appearance.recorded import RecordedSensor
 from ...angen_addon.scene.bearers import candidates
 from ...angen_addon.scene.sensors import Sensor, unit_scale
 from ...sensor_logic.logs.log import Event

@@ -15,9 +15,10 @@ from typing import Any, TextIO
 
 import bpy
 
-from ...angen_addon.commands.console import DONE, FAILED, ProgressText, note
 from ...angen_addon.commands.open_home import open_home, sensors_of
-from ...angen_addon.commands.parser import (
+from ...angen_addon.output.output_files import Outputs, check_not_read
+from ...angen_addon.process.console import DONE, FAILED, ProgressText, note
+from ...angen_addon.process.parser import (
     Verb,
     add_choice,
     argument_type,
@@ -25,7 +26,6 @@ from ...angen_addon.commands.parser import (
     path,
     whole_number,
 )
-from ...angen_addon.output.output_files import Outputs, check_not_read
 from ...angen_addon.runtime.simulation import Progress
 from ...angen_addon.scene.lengths import lengths_of
 from ...angen_addon.scene.sensors import Sensor, chosen, simulated

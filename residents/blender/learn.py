@@ -10,8 +10,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...angen_addon.commands.console import BAD_INPUT, DONE, note
-from ...angen_addon.commands.parser import Parser, argument_type, path, whole_number
+from ...angen_addon.process.console import BAD_INPUT, DONE, note
+from ...angen_addon.process.parser import Parser, argument_type, path, whole_number
 from ...sensor_logic.logs.error import AngenError, InputError, explained
 from ...sensor_logic.logs.files import read_text, write_files
 from ...sensor_logic.logs.formats import activities

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..logs.fields import Field
-from ..logs.formats.log import Samples
+from ..logs.formats.log import LoggedSamples
 from ..logs.log import (
     COLUMN,
     Event,
@@ -114,10 +114,10 @@ def events_csv(recording: Recording, start: datetime | None = None) -> str:
     return rows_csv(events(recording), start)
 
 
-def samples_of(recording: Recording) -> tuple[Samples, ...]:
+def samples_of(recording: Recording) -> tuple[LoggedSamples, ...]:
     """Return all updates of each sensor, for a `Log`."""
     return tuple(
-        Samples(track.sensor, track.kind_name, track.times, track.frames, track.columns)
+        LoggedSamples(track.sensor, track.kind_name, track.times, track.frames, track.columns)
         for track in recording.tracks.values()
     )
 

@@ -52,7 +52,7 @@ def left() -> Left:
 
     def alive() -> list[Any]:
         gc.collect()
-        return [o for o in gc.get_objects() if type(o).__module__.startswith(ADDON)]
+        return [o for o in gc.get_objects() if str(type(o).__module__).startswith(ADDON)]
 
     earlier = alive()
     known = {id(one) for one in earlier}

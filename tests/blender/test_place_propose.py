@@ -12,10 +12,10 @@ import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.commands.command_line import run_command as run
 from bl_ext.user_default.angen_sensors.angen_addon.coverage import proposal as module
 from bl_ext.user_default.angen_sensors.angen_addon.coverage import shown
-from bl_ext.user_default.angen_sensors.angen_addon.progress import Enough as enough
-from bl_ext.user_default.angen_sensors.angen_addon.progress import finished
 from bl_ext.user_default.angen_sensors.angen_addon.scene.sensors import all_sensors
 from bl_ext.user_default.angen_sensors.sensor_logic.coverage.motions import MOTIONS
+from bl_ext.user_default.angen_sensors.sensor_logic.progress import Enough as enough
+from bl_ext.user_default.angen_sensors.sensor_logic.progress import finished
 from panel_layout import drawn
 from recorded_home import named, save_and_load
 

@@ -19,7 +19,8 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from angen_sensors.sensor_logic.logs.compare import (
+from angen_sensors.sensor_logic.logs.error import InputError
+from angen_sensors.sensor_logic.logs.formats.compare import (
     counts,
     gaps,
     ks_distance,
@@ -27,7 +28,6 @@ from angen_sensors.sensor_logic.logs.compare import (
     read,
     shares,
 )
-from angen_sensors.sensor_logic.logs.error import InputError
 from angen_sensors.sensor_logic.logs.log import (
     Event,
     differences,

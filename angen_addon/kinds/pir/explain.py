@@ -18,9 +18,9 @@ from ....sensor_logic.kinds.pir.scan_evidence import SAME
 from ....sensor_logic.logs.wording import Lengths, capital, percent, quoted
 from ....sensor_logic.parameters import label_of, specs
 from ....sensor_logic.physics import waiting
-from ...explain.facts import Explanation, Facts
+from ...appearance.facts import Explanation, Facts
+from ...appearance.recorded import RecordedSensor
 from ...explain.nearby import surroundings
-from ...explain.recorded import RecordedSensor
 
 # Range scan: an update is explained by the ray whose range changed most.
 

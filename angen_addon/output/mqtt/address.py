@@ -14,7 +14,7 @@ from pathlib import Path
 from ....sensor_logic.logs.error import InputError, explained, replaced
 from ....sensor_logic.logs.files import read_text
 from ....sensor_logic.logs.formats.home_assistant import TOPIC
-from ...commands.parser import path
+from ...process.parser import path
 
 PASSWORD = "ANGEN_MQTT_PASSWORD"
 PORT, TLS_PORT = 1883, 8883

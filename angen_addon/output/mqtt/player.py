@@ -22,7 +22,7 @@ from ....sensor_logic.logs.formats.home_assistant import (
 )
 from ....sensor_logic.logs.formats.log import Change, Channel
 from ....sensor_logic.logs.log import Value
-from ...commands.console import note
+from ...process.console import note
 from .link import PARTING_S, Link
 
 # Waiting until the events of a log are due, at any speed.

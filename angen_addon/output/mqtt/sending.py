@@ -14,7 +14,7 @@ from ....sensor_logic.logs.formats.source import channel_of, make_log
 from ....sensor_logic.parameters import is_chosen
 from ....sensor_logic.recording.events import NewEvents
 from ....sensor_logic.recording.tracks import Recording
-from ...commands.console import note
+from ...process.console import note
 from ...scene.sensors import Sensor
 from ..run_log import sensor_facts
 from ..version import extension_version

@@ -223,11 +223,6 @@ class ThermalArrayParameters(Parameters):
         return self.frame_drift > 0.0 or self.pixel_drift > 0.0
 
     @property
-    def lags(self) -> bool:
-        """Whether a frame depends on what the pixels received before."""
-        return self.settling_time > 0.0 or self.mean_of > 1
-
-    @property
     def field_of_view(self) -> tuple[float, float]:
         """The horizontal and the vertical angle of all pixels together, in radians."""
         return self.horizontal_fov, self.vertical_fov

@@ -89,7 +89,7 @@ class LoggedActivity:
 
 
 @dataclass(frozen=True, eq=False)
-class Samples:
+class LoggedSamples:
     """All updates of one sensor: the time in s and the frame of each, and its values by field."""
 
     sensor: str
@@ -122,7 +122,7 @@ class Log:
     start: datetime = DEFAULT_START
     activities: tuple[LoggedActivity, ...] = ()
     about: Mapping[str, str] = field(default_factory=dict)
-    samples: tuple[Samples, ...] | None = None
+    samples: tuple[LoggedSamples, ...] | None = None
     has_states: bool = True
 
     @property

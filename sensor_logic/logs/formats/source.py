@@ -39,7 +39,7 @@ from .log import (
     Channel,
     Log,
     LoggedActivity,
-    Samples,
+    LoggedSamples,
     SensorFacts,
     in_zone,
     since,
@@ -180,7 +180,7 @@ def make_log(
     start: datetime = DEFAULT_START,
     activities: Iterable[LoggedActivity] = (),
     about: Mapping[str, str] | None = None,
-    samples: tuple[Samples, ...] | None = None,
+    samples: tuple[LoggedSamples, ...] | None = None,
     has_states: bool = True,
 ) -> Log:
     """Return a `Log` of events, after a check of their kinds, fields, values and times.

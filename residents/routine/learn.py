@@ -34,7 +34,7 @@ from .routine import (
     RoutineActivity,
     Segment,
 )
-from .timetable import OTHER, timetable
+from .timetable import OTHER, SHORTEST, timetable
 
 HOUR = 3600.0
 Values = npt.NDArray[np.float64]
@@ -287,11 +287,11 @@ class _Habits:
         """The number of days."""
         return max((len(times) for times in self.times.values()), default=0)
 
-    def weights(self, begins: float, ends: float, near: float = NEAR) -> Values:
+    def weights(self, begins: float, ends: float) -> Values:
         """Return how much each case (n,) counts between two times of day: 1 within, less near."""
         middle, half = (begins + ends) / 2, (ends - begins) / 2
         apart = np.abs((self.begins - middle + DAY / 2) % DAY - DAY / 2) - half
-        found: Values = np.exp(-0.5 * (np.maximum(apart, 0.0) / near) ** 2)
+        found: Values = np.exp(-0.5 * (np.maximum(apart, 0.0) / NEAR) ** 2)
         return found
 
     def by(self, activity: str, at: float) -> float:
@@ -337,14 +337,19 @@ def _quantiles(values: Values, weights: Values, at: Sequence[float]) -> list[flo
     return [float(q) for q in np.interp(at, below / weights.sum(), values[order])]
 
 
-# The 90 % quantile of a standard normal distribution, and its 84 % quantile, 1.
-Q90 = 1.2816
+# Quantiles (90 and 99 %) of a standard normal distribution; that of 84 % is 1.
+Q90, Q99 = 1.2816, 2.3263
+# A spread above the median up to which durations may be longer than any of the log.
+USUAL_SPREAD = 1.5
 
 
 def _duration(lasts: Values, weights: Values) -> tuple[float, tuple[float, float]]:
     """Return the median of durations, s, and their spread below and above it."""
-    low, middle, high = _quantiles(np.log(np.maximum(lasts, 1.0)), weights, (0.1, 0.5, 0.9))
-    return math.exp(middle), ((middle - low) / Q90, (high - middle) / Q90)
+    logs = np.log(np.maximum(lasts, SHORTEST))
+    low, middle, high = _quantiles(logs, weights, (0.1, 0.5, 0.9))
+    # Where most are short and some long, as in two sorts, one in 100 is as long as the longest.
+    most = max((float(logs.max()) - middle) / Q99, USUAL_SPREAD)
+    return math.exp(middle), ((middle - low) / Q90, min((high - middle) / Q90, most))
 
 
 def _choices(habits: _Habits, begins: float, ends: float, rest: str) -> list[Pastime]:
@@ -414,7 +419,7 @@ class _Span:
     begins, ends : float
         The times between which it applies, s since the midnight of such a day.
     wanted : mapping
-        How many times a day each activity begins then, or just before or after.
+        How many times a day each activity begins then.
     """
 
     filler: Filler
@@ -480,10 +485,10 @@ def _spans(log: LivedDays, person: Person, kind: frozenset[int]) -> Iterator[_Sp
 
 
 def _rates(habits: _Habits, begins: float, ends: float) -> dict[str, float]:
-    """Return how many times a day each activity begins between two times, or just beside them."""
-    near = habits.weights(begins, ends, NEAR / 2)
+    """Return how many times a day each activity begins between two times."""
+    within = (habits.begins >= begins) & (habits.begins < ends)
     return {
-        name: float(near[habits.activity == name].sum()) / max(habits.days, 1)
+        name: float(np.sum(within & (habits.activity == name))) / max(habits.days, 1)
         for name in habits.times
     }
 

@@ -7,7 +7,7 @@ A *log of activities* is one of
   and optionally the person;
 - lines without quotes, as Ordonez and Kasteren have them: start, end and activity, with spaces or
   tabs between them; or start and duration in whole seconds, the start since 1970;
-- CASAS text, in which an activity is marked where it begins and ends;
+- CASAS text, in which an activity is marked where it begins and ends; or each row has a label;
 - a folder: one of simulated days (`activities.csv`), or one for pyadlml
   (`activities_subject_NAME.csv`).
 """
@@ -44,6 +44,8 @@ MARK = re.compile(r"([^\s,=]+)(?:\s+|=\")(begin|end)\b", re.IGNORECASE)
 PERSON = re.compile(r"(R\d+|Resident\d+)_(.+)")
 # The person of a log that names none.
 SOMEBODY = "resident"
+# Interruptions shorter than this are taken for errors of a label, s. Assumed.
+FLICKER_S = 10.0
 # The month of a date such as 25-Feb-2008.
 MONTHS = ("jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec")
 
@@ -147,7 +149,10 @@ def _of_lines(path: Path, lines: Sequence[str], notes: list[str]) -> Iterator[Do
     elif any(INTERVAL.fullmatch(line) or LENGTH.fullmatch(line) for line in lines[:20]):
         yield from _of_intervals(path, lines)
     elif any(casas.LINE.match(line) for line in lines[:20]):
-        yield from _of_marks(path, lines, notes)
+        if any(MARK.search(line) for line in lines):
+            yield from _of_marks(path, lines, notes)
+        else:
+            yield from _of_labels(path, lines)
 
 
 def _table(lines: Sequence[str]) -> tuple[str, dict[str, int]] | None:
@@ -215,10 +220,8 @@ def _of_marks(path: Path, lines: Iterable[str], notes: list[str]) -> Iterator[Do
     lost = 0
     for number, line in enumerate(lines, start=1):
         row = casas.LINE.match(line)
-        if row is None or not line[row.end() :].strip():
-            continue
-        mark = MARK.search(line[row.end() :])
-        if mark is None:
+        mark = MARK.search(line[row.end() :]) if row else None
+        if row is None or mark is None:
             continue
         with explained(f"{path}, line {number}", ValueError):
             time = parsed_time(f"{row[1]} {row[2]}")
@@ -233,6 +236,23 @@ def _of_marks(path: Path, lines: Iterable[str], notes: list[str]) -> Iterator[Do
             lost += 1
     if lost + len(begun):
         notes.append(f"{path}: {lost + len(begun)} marks without their begin or end left out")
+
+
+def _of_labels(path: Path, lines: Iterable[str]) -> Iterator[DoneActivity]:
+    """Yield the activities of CASAS text whose rows have a label: until the next row of another."""
+    start, under_way = datetime.min, ""
+    for number, line in enumerate(lines, start=1):
+        row = casas.LINE.match(line)
+        if row is None:
+            continue
+        with explained(f"{path}, line {number}", ValueError):
+            time = parsed_time(f"{row[1]} {row[2]}")
+        words = line[row.end() :].replace(",", " ").split()
+        label = words[-1] if words else ""
+        if label != under_way:
+            if under_way:
+                yield DoneActivity(start, time, "", under_way)
+            start, under_way = time, label
 
 
 def parsed_time(text: str) -> datetime:
@@ -257,7 +277,8 @@ def without_overlaps(
     """Return the activities of one person so that none overlaps another.
 
     What begins later interrupts what is under way, which goes on afterwards. Stretches of the same
-    activity less than `shortest` (s) apart are one.
+    activity less than `shortest` (s) apart are one, and so is what is shorter than `FLICKER_S`
+    between them.
     """
     cut: list[DoneActivity] = []
     for one in sorted(activities, key=lambda one: (one.start, one.start - one.end)):
@@ -274,10 +295,19 @@ def without_overlaps(
             cut.sort()
     found: list[DoneActivity] = []
     for one in sorted(cut):
-        last = found[-1] if found else None
-        start = max(one.start, last.end) if last else one.start
+        start = max(one.start, found[-1].end) if found else one.start
         if one.end <= start:
             continue
+        # What flickers for a moment between two stretches of an activity is part of it.
+        flicker = found[-1] if len(found) > 1 else None
+        if (
+            flicker is not None
+            and found[-2].activity == one.activity != flicker.activity
+            and (flicker.end - flicker.start).total_seconds() < FLICKER_S
+            and (start - found[-2].end).total_seconds() < shortest
+        ):
+            found.pop()
+        last = found[-1] if found else None
         near = last is not None and (start - last.end).total_seconds() < shortest
         if last is not None and near and last.activity == one.activity:
             found[-1] = last._replace(end=one.end)

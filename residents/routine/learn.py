@@ -60,6 +60,8 @@ LEAST_CASES = 2.0
 RAREST = 0.003
 # s: a rest at least this long is a night's; interruptions of a night last at most this long.
 NIGHT, LONGEST_INTERRUPTION = 2 * HOUR, 20 * 60.0
+# With more activities than this in an interruption, on average, nights are learnt as days are.
+MOST_INNER = 1.5
 # Rounds in which weights are corrected by drawn days, the number of these days, and the exponent.
 # The least and the greatest `regular` that is learnt.
 LEAST_REGULAR, MOST_REGULAR = 0.05, 20.0
@@ -207,6 +209,7 @@ def _with_whole_nights(
     """
     found: list[Segment] = []
     interruptions: list[Segment] = []
+    inner: list[Segment] = []
     at = 0
     while at < len(segments):
         one, last = segments[at], at
@@ -219,11 +222,15 @@ def _with_whole_nights(
         end = segments[last].end
         if last > at and end - one.start >= NIGHT:
             interruptions += _between_rests(segments[at : last + 1], rest)
+            inner += [of for of in segments[at + 1 : last] if of.activity not in (rest, OTHER)]
             one = replace(one, end=end)
         else:
             last = at
         found.append(one)
         at = last + 1
+    if len(inner) > MOST_INNER * len(interruptions):
+        # Several activities in a row follow each other as by day.
+        return list(segments), []
     return found, interruptions
 
 

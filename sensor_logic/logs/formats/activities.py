@@ -25,7 +25,7 @@ from typing import NamedTuple
 from ..error import InputError, explained, replaced
 from . import casas
 from .log import LoggedActivity, since
-from .source import ACTIVITY_HEADER, EPOCH, read_activities
+from .source import ACTIVITY_HEADER, EPOCH, WORDS, read_activities
 
 # The names of the columns of a table, in lower case and without spaces and underscores.
 STARTS = ("start", "starttime", "begin")
@@ -248,7 +248,7 @@ def _of_labels(path: Path, lines: Iterable[str]) -> Iterator[DoneActivity]:
         with explained(f"{path}, line {number}", ValueError):
             time = parsed_time(f"{row[1]} {row[2]}")
         words = line[row.end() :].replace(",", " ").split()
-        label = words[-1] if words else ""
+        label = words[-1] if words and words[-1].upper() not in WORDS else ""
         if label != under_way:
             if under_way:
                 yield DoneActivity(start, time, "", under_way)

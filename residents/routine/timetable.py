@@ -253,8 +253,8 @@ def _draw_filler(
     """Return an activity that a person does from `now` on, and its end.
 
     It ends at `until`, the next entry or midnight, or at `cut`, the next entry, if it goes on over
-    midnight. A filler draws the activity. Without a filler it is `doing`, the last one; visitors are
-    away.
+    midnight. A filler draws the activity. Without a filler it is `doing`, the last one; visitors
+    are away.
     """
     soonest = until
     for filler in routine.fillers:

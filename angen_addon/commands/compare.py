@@ -7,10 +7,10 @@ import io
 import json
 import sys
 
+from ...sensor_logic.logs.comparison import compare
+from ...sensor_logic.logs.comparison.compare import measures, read_both
 from ...sensor_logic.logs.error import AngenError
 from ...sensor_logic.logs.files import write_files
-from ...sensor_logic.logs.formats import compare
-from ...sensor_logic.logs.formats.compare import measures, read_both
 from ...sensor_logic.logs.formats.label_map import read_map
 from ...sensor_logic.logs.formats.outputs import check_apart
 from ...sensor_logic.report import comparison

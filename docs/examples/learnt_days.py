@@ -24,9 +24,9 @@ try:
     from angen_sensors.residents.routine.routine import Person
     from angen_sensors.residents.routine.text import routine_text
     from angen_sensors.residents.routine.timetable import OTHER
+    from angen_sensors.sensor_logic.logs.comparison.compare import ks_distance
     from angen_sensors.sensor_logic.logs.error import AngenError, InputError
     from angen_sensors.sensor_logic.logs.formats import activities
-    from angen_sensors.sensor_logic.logs.formats.compare import ks_distance
 except ModuleNotFoundError as error:
     raise SystemExit(
         f"learnt_days: {error}: run `pip install .` in the repository's folder"

@@ -18,7 +18,7 @@ from pathlib import Path
 
 try:
     import numpy as np
-    from angen_sensors.sensor_logic.logs.formats import compare
+    from angen_sensors.sensor_logic.logs.comparison import compare
     from angen_sensors.sensor_logic.logs.formats.source import InputError
 except ModuleNotFoundError as error:
     raise SystemExit(

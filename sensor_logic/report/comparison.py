@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..logs.formats.compare import HomeIntervals, Measure, Values
+from ..logs.comparison.compare import HomeIntervals, Measure, Values
 from ..palette import BLUE, ORANGE
 from .svg import coordinate, safe, shown_number
 

@@ -19,8 +19,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from angen_sensors.sensor_logic.logs.error import InputError
-from angen_sensors.sensor_logic.logs.formats.compare import (
+from angen_sensors.sensor_logic.logs.comparison.compare import (
     counts,
     gaps,
     ks_distance,
@@ -28,6 +27,7 @@ from angen_sensors.sensor_logic.logs.formats.compare import (
     read,
     shares,
 )
+from angen_sensors.sensor_logic.logs.error import InputError
 from angen_sensors.sensor_logic.logs.log import (
     Event,
     differences,

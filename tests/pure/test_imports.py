@@ -76,7 +76,7 @@ def test_logs_import_without_models():
 
 def test_only_comparison_and_faults_need_numpy_in_the_logs():
     names = {line.partition(" ")[0].split(".")[2] for line in logs_without("numpy")}
-    assert names == {"compare", "faults"}
+    assert names == {"comparison", "faults"}
 
 
 RESIDENTS = """

@@ -19,6 +19,7 @@ from angen_sensors.residents.routine import timetable as diary
 from angen_sensors.residents.routine.learn import Begun, Days, draw, learn, lived_days
 from angen_sensors.residents.routine.routine import AWAY, Person, Routine, Segment
 from angen_sensors.residents.routine.text import clock, duration, routine_text
+from angen_sensors.sensor_logic.logs.comparison.compare import ks_distance
 from angen_sensors.sensor_logic.logs.error import InputError
 from angen_sensors.sensor_logic.logs.formats.activities import (
     DoneActivity,
@@ -26,7 +27,6 @@ from angen_sensors.sensor_logic.logs.formats.activities import (
     read,
     without_overlaps,
 )
-from angen_sensors.sensor_logic.logs.formats.compare import ks_distance
 from invented_log import (
     MONDAY,
     Done,

@@ -15,10 +15,10 @@ import numpy as np
 import numpy.typing as npt
 
 from ..error import InputError
+from ..formats import activities
+from ..formats.log import DEFAULT_START, Log
+from ..formats.reading import read_log
 from ..wording import shown_duration
-from . import activities
-from .log import DEFAULT_START, Log
-from .reading import read_log
 
 # The intervals in which each sensor of a log, in any format, was on.
 

@@ -178,6 +178,24 @@ def test_evidence_is_stored_where_it_changes_and_comes_back_however_it_was_appen
     assert math.isnan(twice.value("reach", 9)) and len(twice.starts) == 7
 
 
+def test_evidence_whose_texts_fill_the_header_is_left_out_and_readings_are_kept(monkeypatch):
+    file = "angen_sensors.sensor_logic.recording.file"
+    full, plain = len(header_text(small(True))), len(header_text(small()))
+    monkeypatch.setattr(f"{file}.HEADER_BYTES", full)
+    assert from_bytes(to_bytes(small(True), {}))[0].tracks["door"].has_evidence
+    monkeypatch.setattr(f"{file}.HEADER_BYTES", full - 1)
+    track = from_bytes(to_bytes(small(True), {}))[0].tracks["door"]
+    assert len(track) == 30 and not track.has_evidence
+    monkeypatch.setattr(f"{file}.HEADER_BYTES", plain // 2)
+    with pytest.raises(AngenError, match="more readings"):
+        to_bytes(small(True), {})
+
+
+def header_text(recording):
+    body = to_bytes(recording, {}).partition(b"\n")[2]
+    return zlib.decompress(body[4 : 4 + struct.unpack("<I", body[:4])[0]])
+
+
 # Files of strangers: a correct checksum, with arbitrary content
 
 

@@ -89,8 +89,8 @@ def size_of(recording: Recording) -> int:
 
 def _rows_of(track: Track) -> int:
     """Return how many rows of evidence a file has of a track."""
-    is_told = track.has_evidence and len(track.parameters) <= MOST_PARAMETERS
-    return len(track.evidence.starts) if is_told else 0
+    with_evidence = track.has_evidence and len(track.parameters) <= MOST_PARAMETERS
+    return len(track.evidence.starts) if with_evidence else 0
 
 
 def _values_of(kind: Kind, count: int, rows: int) -> int:
@@ -253,13 +253,15 @@ def to_bytes(recording: Recording, facts: dict[str, Any]) -> bytes:
     """
     if size_of(recording) > VALUES or sum(t.nbytes for t in _tracks(recording)) > BYTES:
         raise AngenError(TOO_MANY)
-    for is_told in (True, False):
+    for with_evidence in (True, False):
         out = _Writer()
         tracks = _tracks(recording)
         header = {
             "clock": _clock_fields(recording.clock),
             "frames": [recording.frame_start, recording.frame_end],
-            "tracks": [_track_header(track, recording.clock, out, is_told) for track in tracks],
+            "tracks": [
+                _track_header(track, recording.clock, out, with_evidence) for track in tracks
+            ],
             "facts": facts,
         }
         text = json.dumps(header, ensure_ascii=False).encode()
@@ -319,7 +321,9 @@ def _clock_fields(clock: Clock | None) -> list[Any] | None:
     return [clock.frame_start, clock.fps, clock.fps_base, clock.substeps]
 
 
-def _track_header(track: Track, clock: Clock | None, out: _Writer, is_told: bool) -> dict[str, Any]:
+def _track_header(
+    track: Track, clock: Clock | None, out: _Writer, with_evidence: bool
+) -> dict[str, Any]:
     columns: list[dict[str, Any]] = []
     steps = _steps(track, clock)
     if steps is not None:
@@ -341,7 +345,7 @@ def _track_header(track: Track, clock: Clock | None, out: _Writer, is_told: bool
         "fields": list(track.columns),
         "columns": columns,
     }
-    rows = _rows_of(track) if is_told else 0
+    rows = _rows_of(track) if with_evidence else 0
     if rows:
         found["evidence"] = {
             "parameters": [asdict(one) for one in track.parameters],

@@ -121,9 +121,9 @@ def test_values_come_back_however_many_different_ones_there_are(different):
     assert contents(from_bytes(to_bytes(recording, {}))[0]) == contents(recording)
 
 
-def small(is_told=False):
+def small(with_evidence=False):
     made = Track("door", "OPTICAL_SWITCH")
-    if is_told:
+    if with_evidence:
         why = {"object": ["", "Flag", "Cat"], "light": np.ones(3), "steps_ago": None}
         ranges = {"open": [True] * 3, "range_m": np.ones(3)}
         readings = Readings(np.ones(3, bool), np.ones(3), ranges, None, why)
@@ -242,9 +242,9 @@ def places(value, way=()):
             yield (*way, key)
 
 
-@pytest.mark.parametrize("is_told", [False, True])
-def test_whatever_stands_in_the_header_is_refused_in_a_line_or_is_a_recording(is_told):
-    header, columns = taken_apart(to_bytes(small(is_told), {"a": 1}))
+@pytest.mark.parametrize("with_evidence", [False, True])
+def test_whatever_stands_in_the_header_is_refused_in_a_line_or_is_a_recording(with_evidence):
+    header, columns = taken_apart(to_bytes(small(with_evidence), {"a": 1}))
     refused = 0
     for way in places(header):
         if not way:

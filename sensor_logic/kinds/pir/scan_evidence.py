@@ -151,5 +151,7 @@ def stacked(scans: Sequence[Scan | None], new: Scan | None = None) -> Scan | Non
     if not known:
         return None
     parts = [s or new.of_tilt(i) for i, s in enumerate(scans)] if new else known
+    if len(parts) == 1:
+        return parts[0]
     arrays = (np.concatenate([getattr(p, name) for p in parts]) for name in ARRAYS)
     return Scan(known[0].number, known[0].pose, *arrays)

@@ -89,8 +89,8 @@ def size_of(recording: Recording) -> int:
 
 def _rows_of(track: Track) -> int:
     """Return how many rows of evidence a file has of a track."""
-    is_told = track.has_evidence and len(track.parameters) <= MOST_PARAMETERS
-    return len(track.evidence.starts) if is_told else 0
+    with_evidence = track.has_evidence and len(track.parameters) <= MOST_PARAMETERS
+    return len(track.evidence.starts) if with_evidence else 0
 
 
 def _values_of(kind: Kind, count: int, rows: int) -> int:
@@ -248,20 +248,28 @@ LEVEL = 3
 def to_bytes(recording: Recording, facts: dict[str, Any]) -> bytes:
     """Return a recording, with the data `facts` about it, as bytes for a file.
 
-    `facts` has plain values by name, as in JSON. Raise AngenError if the recording is too large.
+    `facts` has plain values by name, as in JSON. Leave out the evidence if its texts are too large.
+    Raise AngenError if the recording is too large.
     """
     if size_of(recording) > VALUES or sum(t.nbytes for t in _tracks(recording)) > BYTES:
         raise AngenError(TOO_MANY)
-    out = _Writer()
-    header = {
-        "clock": _clock_fields(recording.clock),
-        "frames": [recording.frame_start, recording.frame_end],
-        "tracks": [_track_header(track, recording.clock, out) for track in _tracks(recording)],
-        "facts": facts,
-    }
-    packed = zlib.compress(json.dumps(header, ensure_ascii=False).encode(), 6)
-    body = len(packed).to_bytes(4, "little") + packed + out.data
-    return b"%s %d %d\n" % (TITLE, VERSION, zlib.crc32(body)) + body
+    for with_evidence in (True, False):
+        out = _Writer()
+        tracks = _tracks(recording)
+        header = {
+            "clock": _clock_fields(recording.clock),
+            "frames": [recording.frame_start, recording.frame_end],
+            "tracks": [
+                _track_header(track, recording.clock, out, with_evidence) for track in tracks
+            ],
+            "facts": facts,
+        }
+        text = json.dumps(header, ensure_ascii=False).encode()
+        if len(text) <= HEADER_BYTES:
+            packed = zlib.compress(text, 6)
+            body = len(packed).to_bytes(4, "little") + packed + out.data
+            return b"%s %d %d\n" % (TITLE, VERSION, zlib.crc32(body)) + body
+    raise AngenError(TOO_MANY)
 
 
 def from_bytes(data: bytes, values: int = VALUES) -> tuple[Recording, dict[str, Any]]:
@@ -313,7 +321,9 @@ def _clock_fields(clock: Clock | None) -> list[Any] | None:
     return [clock.frame_start, clock.fps, clock.fps_base, clock.substeps]
 
 
-def _track_header(track: Track, clock: Clock | None, out: _Writer) -> dict[str, Any]:
+def _track_header(
+    track: Track, clock: Clock | None, out: _Writer, with_evidence: bool
+) -> dict[str, Any]:
     columns: list[dict[str, Any]] = []
     steps = _steps(track, clock)
     if steps is not None:
@@ -335,7 +345,8 @@ def _track_header(track: Track, clock: Clock | None, out: _Writer) -> dict[str, 
         "fields": list(track.columns),
         "columns": columns,
     }
-    if rows := _rows_of(track):
+    rows = _rows_of(track) if with_evidence else 0
+    if rows:
         found["evidence"] = {
             "parameters": [asdict(one) for one in track.parameters],
             "rows": rows,

@@ -149,8 +149,8 @@ class Track:
 
     def _content(self) -> list[Any]:
         columns = [self.frames, self.times, self.active, self.value, *self.columns.values()]
-        names, told = list(self.columns), [self.evidence, list(self.parameters)]
-        return [self.sensor, self.kind_name, self.uid, self.steps, names, *columns, *told]
+        names, why = list(self.columns), [self.evidence, list(self.parameters)]
+        return [self.sensor, self.kind_name, self.uid, self.steps, names, *columns, *why]
 
     def reading_at(self, index: int) -> Field:
         """Return the main field at an update: the first numeric field that was measured.

@@ -121,9 +121,9 @@ def test_values_come_back_however_many_different_ones_there_are(different):
     assert contents(from_bytes(to_bytes(recording, {}))[0]) == contents(recording)
 
 
-def small(is_told=False):
+def small(with_evidence=False):
     made = Track("door", "OPTICAL_SWITCH")
-    if is_told:
+    if with_evidence:
         why = {"object": ["", "Flag", "Cat"], "light": np.ones(3), "steps_ago": None}
         ranges = {"open": [True] * 3, "range_m": np.ones(3)}
         readings = Readings(np.ones(3, bool), np.ones(3), ranges, None, why)
@@ -178,6 +178,24 @@ def test_evidence_is_stored_where_it_changes_and_comes_back_however_it_was_appen
     assert math.isnan(twice.value("reach", 9)) and len(twice.starts) == 7
 
 
+def test_evidence_whose_texts_fill_the_header_is_left_out_and_readings_are_kept(monkeypatch):
+    file = "angen_sensors.sensor_logic.recording.file"
+    full, plain = len(header_text(small(True))), len(header_text(small()))
+    monkeypatch.setattr(f"{file}.HEADER_BYTES", full)
+    assert from_bytes(to_bytes(small(True), {}))[0].tracks["door"].has_evidence
+    monkeypatch.setattr(f"{file}.HEADER_BYTES", full - 1)
+    track = from_bytes(to_bytes(small(True), {}))[0].tracks["door"]
+    assert len(track) == 30 and not track.has_evidence
+    monkeypatch.setattr(f"{file}.HEADER_BYTES", plain // 2)
+    with pytest.raises(AngenError, match="more readings"):
+        to_bytes(small(True), {})
+
+
+def header_text(recording):
+    body = to_bytes(recording, {}).partition(b"\n")[2]
+    return zlib.decompress(body[4 : 4 + struct.unpack("<I", body[:4])[0]])
+
+
 # Files of strangers: a correct checksum, with arbitrary content
 
 
@@ -224,9 +242,9 @@ def places(value, way=()):
             yield (*way, key)
 
 
-@pytest.mark.parametrize("is_told", [False, True])
-def test_whatever_stands_in_the_header_is_refused_in_a_line_or_is_a_recording(is_told):
-    header, columns = taken_apart(to_bytes(small(is_told), {"a": 1}))
+@pytest.mark.parametrize("with_evidence", [False, True])
+def test_whatever_stands_in_the_header_is_refused_in_a_line_or_is_a_recording(with_evidence):
+    header, columns = taken_apart(to_bytes(small(with_evidence), {"a": 1}))
     refused = 0
     for way in places(header):
         if not way:

@@ -13,7 +13,7 @@ from ...appearance.facts import Explanation, Facts
 from ...appearance.recorded import RecordedSensor
 
 NAMES_SHOWN = 4
-# K. Less warmth that people have left is not told.
+# K. Less warmth that people have left is not mentioned.
 LEAST_LEFT = 0.015
 
 

@@ -457,7 +457,7 @@ class RangeScan(Model):
     def _keep(self, tilts: range, scan: Scan) -> None:
         """Keep a scan of some tilts, with which the next scans at these tilts are compared."""
         for i, tilt in enumerate(tilts):
-            self._previous[tilt] = scan.of_tilt(i)
+            self._previous[tilt] = scan if len(tilts) == 1 else scan.of_tilt(i)
 
 
 def _fan_rays(tilts: range, parameters: PirParameters, pose: Pose) -> _FanRays:

@@ -65,7 +65,7 @@ class Scan:
         return Scan(self.number, self.pose, *(getattr(self, name)[row] for name in ARRAYS))
 
 
-def tell(
+def compare_scans(
     old: Scan, new: Scan, tilts: range, threshold: float, name_of: Callable[[int], str]
 ) -> dict[str, Any]:
     """Return the evidence of the scan `new` of some tilts, compared with the scan `old`.
@@ -134,7 +134,7 @@ class ScanEvidence:
         `which` (k,) has the indices of the updates, and `old` is the scan before the first of them.
         """
         if old is not None and old.ranges.shape == new.ranges.shape:
-            for name, value in tell(old, new, tilts, *self._how).items():
+            for name, value in compare_scans(old, new, tilts, *self._how).items():
                 self.columns[name][which[0]] = value
         if len(which) > 1:
             self.columns["ago"][which[1:]] = np.diff(self._numbers[which])
@@ -151,5 +151,7 @@ def stacked(scans: Sequence[Scan | None], new: Scan | None = None) -> Scan | Non
     if not known:
         return None
     parts = [s or new.of_tilt(i) for i, s in enumerate(scans)] if new else known
+    if len(parts) == 1:
+        return parts[0]
     arrays = (np.concatenate([getattr(p, name) for p in parts]) for name in ARRAYS)
     return Scan(known[0].number, known[0].pose, *arrays)

@@ -347,16 +347,15 @@ class Stage:
         depsgraph, watched, is_whole = self._evaluate(window, steps[0], sensed, fresh)
         if not sensed:
             return
-        if not self._batches:
-            self.probes.look(depsgraph, None)
-        elif not self.probes.store_frame(watched):
+        if not self.probes.store_frame(watched):
             if not self.has_sensed_all:
                 # Objects came or went: sense the stored frames while their solids are listed.
                 yield from self.sense(window, self.evaluate(self._batch.last))
                 is_whole = False
             # New objects are not in the scene at the earlier frame.
             depsgraph = depsgraph if is_whole else self.evaluate(steps[0])
-            self.probes.store_first_frame(depsgraph, watched)
+            if self.probes.store_first_frame(depsgraph, watched) and self._batches:
+                self.probes.prepare_pads(depsgraph)
         before = self._batch.last
         self._batch.steps.append(sensed[0])
         self._batch.last = sensed[-1]
@@ -384,7 +383,7 @@ class Stage:
         if self._moving is None:
             depsgraph = self.evaluate(step) if fresh else evaluated_depsgraph()
             return depsgraph, depsgraph, True
-        whole = is_read or not self.probes.can_store_next
+        whole = is_read or self.probes.must_list
         depsgraph = self.evaluate(step) if whole else evaluated_depsgraph()
         # Light depends on the user's scene, not on the scene of moving objects.
         self.probes.expect_light(False)

@@ -17,6 +17,7 @@ from ..scene.light.changes import LightChanges
 from ..scene.light.cycles import CyclesLight, Steps, request_key
 from ..scene.light.probe import LightRequest, measuring
 from ..scene.rays.caster import RayCaster, Rays
+from ..scene.rays.frames import Frames
 from ..scene.rays.places import PlaceReader
 from ..scene.rays.reference import SceneRayCaster
 from ..scene.rays.sweep import Sweeper
@@ -46,6 +47,8 @@ class Probes:
     ----------
     caster
         The ray caster; by default a new one of the sort that the scene's settings name.
+    capture
+        Reads the frames of the scene at which the ray caster casts.
     surfaces
         The probes for the properties of the surfaces that rays hit, by the names of the queries.
     sweeper
@@ -57,8 +60,6 @@ class Probes:
         solids.
     known_forces
         The forces on the pad whose updates are being computed, by whole frame.
-    frame
-        The index of the present frame among the stored frames, while frames are not batched.
     """
 
     def __init__(self, scene: Any, caster: RayCaster | None = None) -> None:
@@ -75,8 +76,7 @@ class Probes:
         self.names: dict[int, str] = {}
         self._named_listing = -1
         self.known_forces: dict[int, PadForces] = {}
-        self.frame = 0
-        self._copies = self.caster.copies
+        self.capture = self.caster.capture
         # By the sensor's name: the request with the state of the scene, and the measured light.
         self._measured: dict[str, tuple[Any, LightSample]] = {}
         self._lighting = LightChanges()
@@ -105,9 +105,7 @@ class Probes:
         `frame` is the present whole frame, or None if no sensor needs the motion of objects. `due`
         lists the pads that publish at this frame, so that their forces at it will be needed.
         """
-        if not self.store_frame(depsgraph):
-            self.store_first_frame(depsgraph, depsgraph)
-        self.query_stored_frames(depsgraph)
+        self._query(depsgraph, self.capture.read(depsgraph))
         if frame is not None:
             self.look_at_motion(depsgraph, frame, due)
 
@@ -132,42 +130,16 @@ class Probes:
         if len(self.caster.frames) > 1:
             self.caster.frames.show(self._solids, frame)
 
-    @property
-    def is_full(self) -> bool:
-        """Whether the stored frames must be sensed before another one can be stored."""
-        return self._copies.full or self._exact is not self.caster
-
-    @property
-    def must_list(self) -> bool:
-        """Whether objects may have been added or removed since the solids were listed."""
-        return self._solids.must_list
-
-    def store_frame(self, watched: Any) -> bool:
-        """Store a frame, so that rays can be cast at it later; return whether this was possible.
-
-        If objects came or went, it is not possible. Then sense the stored frames, and call
-        `store_first_frame`, which lists the solids anew. `watched` is the depsgraph from which
-        poses are stored: either of the whole scene, or of a temporary scene with only the moving
-        objects.
-        """
-        return self._copies.add(watched)
-
-    def store_first_frame(self, depsgraph: Any, watched: Any) -> bool:
-        """Store the first frame of a batch; return whether the solids had to be listed anew.
-
-        `depsgraph` is the depsgraph of the whole scene, which must be at this frame. `watched` is
-        the depsgraph from which poses are stored, as in `store_frame`.
-        """
-        return self._copies.add_first(depsgraph, watched)
-
     def prepare_pads(self, depsgraph: Any) -> None:
         """Make what the forces on pads need of all bodies, so that it depends on no later frame."""
         if self._pads:
             self._contacts.prepare(depsgraph, unit_scale(depsgraph.scene), self._pads)
 
     def query_stored_frames(self, depsgraph: Any) -> None:
-        """Let the next rays be cast at the stored frames, not at those before."""
-        frames = self._copies.finish()
+        """Let the next rays be cast at the frames captured since the last call."""
+        self._query(depsgraph, self.capture.finish())
+
+    def _query(self, depsgraph: Any, frames: Frames) -> None:
         self.caster.show(depsgraph, frames)
         if self._exact is not self.caster:
             self._exact.show(depsgraph, frames)

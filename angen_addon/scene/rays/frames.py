@@ -51,14 +51,14 @@ class Frames:
 
     @classmethod
     def present(cls, solids: Solids) -> Frames:
-        """Return a single frame, with the solids as at the last synchronisation."""
+        """Return a single frame, with the solids as when they were read last."""
         rows = np.flatnonzero(solids.moving)
         matrix, lo, hi = solids.matrix[None, rows], solids.lo[None, rows], solids.hi[None, rows]
         return cls(rows, matrix, lo, hi, solids.version[None, rows])
 
     @classmethod
     def unchanged(cls, solids: Solids, count: int) -> Frames:
-        """Return `count` equal frames, with the solids as at the last synchronisation."""
+        """Return `count` equal frames, with the solids as when they were read last."""
         one = cls.present(solids)
         matrix, lo, hi = (np.repeat(part, count, axis=0) for part in (one.matrix, one.lo, one.hi))
         return cls(one.rows, matrix, lo, hi, np.repeat(one.version, count, axis=0))
@@ -80,8 +80,13 @@ class Frames:
         return surface
 
 
-class FrameCopies:
-    """Copies the solids frame by frame into batches of frames, and returns these as `Frames`.
+class Capture:
+    """Reads an evaluated scene frame by frame: copies its solids into batches, as `Frames`.
+
+    Parameters
+    ----------
+    single
+        Whether each batch is a single frame.
 
     Attributes
     ----------
@@ -89,8 +94,9 @@ class FrameCopies:
         The list of solids. It has their state at the last frame of the last finished batch.
     """
 
-    def __init__(self, solids: Solids) -> None:
+    def __init__(self, solids: Solids, single: bool = False) -> None:
         self.solids = solids
+        self._single = single
         # The pointer of the depsgraph that was copied last, and of its objects the pointers, the
         # session uids, and the row of each one's solid.
         self._watched = 0
@@ -119,7 +125,8 @@ class FrameCopies:
 
         A frame with a new list is a batch of its own: instances may be gone at the next frame.
         """
-        return self._is_new or len(self) >= MOST_FRAMES or self._bytes >= MOST_BYTES
+        alone = self._is_new or self._single
+        return alone or len(self) >= MOST_FRAMES or self._bytes >= MOST_BYTES
 
     def read(self, depsgraph: Any) -> Frames:
         """Return the present frame of an evaluated scene, as a batch of a single frame."""
@@ -130,8 +137,9 @@ class FrameCopies:
     def add_first(self, depsgraph: Any, watched: Any) -> bool:
         """Copy the first frame of a batch after `add` has returned False.
 
-        Return whether the solids had to be listed anew. `depsgraph` is the depsgraph of the whole scene, which must be at this frame. `watched` is
-        the depsgraph from which poses are copied, as in `add`.
+        Return whether the solids had to be listed anew. `depsgraph` is the depsgraph of the whole
+        scene, which must be at this frame. `watched` is the depsgraph from which poses are copied,
+        as in `add`.
         """
         self._is_new = not self.solids.is_current(depsgraph)
         if self._is_new:

@@ -11,7 +11,7 @@ from mathutils import Vector
 from ....sensor_logic.model import Answers, Array, Index
 from ..instances import Uid
 from .caster import Rays
-from .frames import FrameCopies, Frames
+from .frames import Capture, Frames
 from .solids import Solids
 
 # Blender units. A ray that passes through an object starts again this far behind the hit. The
@@ -28,7 +28,7 @@ class SceneRayCaster:
 
     def __init__(self, scene: Any) -> None:
         self.solids = Solids()
-        self.copies = FrameCopies(self.solids)
+        self.capture = Capture(self.solids, single=True)
         self.frames = Frames.present(self.solids)
         self._scene = scene
         self._depsgraph: Any = None
@@ -37,7 +37,7 @@ class SceneRayCaster:
 
     def update(self, depsgraph: Any) -> None:
         """Read the evaluated scene. Call this after each evaluation, before casting rays."""
-        self.show(depsgraph, self.copies.read(depsgraph))
+        self.show(depsgraph, self.capture.read(depsgraph))
 
     def show(self, depsgraph: Any, frames: Frames) -> None:
         """Set the frame at which later calls cast rays. It must be the present frame."""

@@ -140,7 +140,7 @@ class Solid:
     Attributes
     ----------
     key
-        Session uids that identify the solid at each synchronisation.
+        Session uids that identify the solid whenever the solids are listed.
     number
         The solid's number, which no other solid gets later.
     original
@@ -204,9 +204,9 @@ class Solids:
     moving
         Mask (n,) of the solids that have changed at least once.
     version
-        The number (n,) of the synchronisation at which the solid last moved or changed shape.
+        The value (n,) of `syncs` at which the solid last moved or changed shape.
     syncs
-        The number of synchronisations.
+        The number of frames that were read so far.
     listing
         The number of times that the whole list was made.
     edits
@@ -216,7 +216,7 @@ class Solids:
     instanced
         Session uids of objects that other objects instance.
     must_list
-        Whether the next synchronisation makes the whole list again.
+        Whether the whole list must be made again at the next frame.
     reshaped
         Session uids of objects whose shape was reported as changed since `clear_noted`.
     bends
@@ -252,7 +252,7 @@ class Solids:
         self._plain: set[int] = set()
         self._unsure = False
         self._touched: set[int] = set()
-        # By mesh, a geometry whose surface was read at this synchronisation.
+        # By mesh, a geometry whose surface was read for the present list.
         self._read_now: dict[int, Geometry] = {}
         self.reshaped: set[int] = set()
         self.bends: set[int] = set()
@@ -295,13 +295,13 @@ class Solids:
     def has_noted(self, uids: set[int]) -> bool:
         """Return whether `note` has stored a change of the scene or of one of the objects `uids`.
 
-        Changes are stored until the next `sync` or `clear_noted`. These include changes that a
+        Changes are stored until `list_again` or `clear_noted`. These include changes that a
         script made just before it changed the frame.
         """
         return self._scene_noted or not uids.isdisjoint(self._touched)
 
     def forget(self) -> None:
-        """Make the next `sync` read everything again. Call this after any edit."""
+        """Have everything read again at the next frame. Call this after any edit."""
         self.edits += 1
         self._plain.clear()
         self.must_list = True

@@ -106,9 +106,8 @@ class Capture:
         # Matrices at the last frame of the batch before, and at each frame of this batch.
         self._world = np.empty(0, np.float32)
         self._worlds: list[NDArray[np.float32]] = []
-        # Surfaces of the objects that change shape, by session uid: before the first frame, at the
-        # last frame, and at each frame at which Blender reported a change.
-        self._before: dict[int, Surface] = {}
+        # Surfaces of the objects that change shape, by session uid: at the last frame, and at each
+        # frame at which Blender reported a change.
         self._latest: dict[int, Surface] = {}
         self._shapes: list[dict[int, Surface]] = []
         self._keeps_faces: dict[int, bool] = {}
@@ -193,8 +192,6 @@ class Capture:
                 return False
             geometry.deforms = geometry.deforms or uid in solids.bends
             shapes[uid] = surface
-        for uid in shapes.keys() - self._before.keys():
-            self._before[uid] = solids.shape_of(uid).state
         solids.clear_noted()
         world = self._read_matrices(depsgraph)
         self._worlds.append(world)
@@ -238,7 +235,7 @@ class Capture:
         self.solids.syncs += len(frames)
         frames.show(self.solids, -1)
         self._world = self._worlds[-1]
-        self._worlds, self._shapes, self._before, self._latest, self._bytes = [], [], {}, {}, 0
+        self._worlds, self._shapes, self._latest, self._bytes = [], [], {}, 0
 
     def _changed_surfaces(self) -> tuple[dict[int, list[Surface]], dict[int, NDArray[np.bool_]]]:
         """Return the surfaces of solids that changed shape, and masks of the frames with a change.
@@ -247,8 +244,10 @@ class Capture:
         """
         kept: dict[int, list[Surface]] = {}
         bends: dict[int, NDArray[np.bool_]] = {}
-        for uid, last in self._before.items():
-            each, other = [], np.zeros(len(self), bool)
+        for uid in self._latest:
+            geometry = self.solids.shape_of(uid)
+            assert geometry is not None
+            last, each, other = geometry.state, [], np.zeros(len(self), bool)
             for frame, shapes in enumerate(self._shapes):
                 surface = shapes.get(uid, last)
                 if surface is not last and not surface.same(last):
@@ -265,7 +264,8 @@ class Capture:
             return
         lo, hi = np.empty((2, len(frames), len(rows), 3))
         for i, row in enumerate(rows):
-            shapes = frames.surfaces.get(row) or [self.solids.solids[row].geometry]
+            shapes: list[Any] = [self.solids.solids[row].geometry]
+            shapes = list(frames.surfaces.get(row, shapes))
             lo[:, i], hi[:, i] = [s.lo for s in shapes], [s.hi for s in shapes]
         columns = [frames.column[row] for row in rows]
         matrix = frames.matrix[:, columns]

@@ -210,7 +210,7 @@ class RayCaster:
     def __init__(self, solids: Solids | None = None) -> None:
         self.solids = solids or Solids()
         self.capture = Capture(self.solids)
-        self.frames = Frames.present(self.solids)
+        self.frames = Frames.unchanged(self.solids)
         # The latest return value of `see_at`.
         self.seen = Answers([], np.zeros(0, np.intp))
         self._bundles: dict[tuple[Uid, int], CastBundle] = {}

@@ -50,18 +50,12 @@ class Frames:
         self.surfaces: dict[int, list[Surface]] = {}
 
     @classmethod
-    def present(cls, solids: Solids) -> Frames:
-        """Return a single frame, with the solids as when they were read last."""
+    def unchanged(cls, solids: Solids, count: int = 1) -> Frames:
+        """Return `count` equal frames, with the solids as they were read last."""
         rows = np.flatnonzero(solids.moving)
-        matrix, lo, hi = solids.matrix[None, rows], solids.lo[None, rows], solids.hi[None, rows]
-        return cls(rows, matrix, lo, hi, solids.version[None, rows])
-
-    @classmethod
-    def unchanged(cls, solids: Solids, count: int) -> Frames:
-        """Return `count` equal frames, with the solids as when they were read last."""
-        one = cls.present(solids)
-        matrix, lo, hi = (np.repeat(part, count, axis=0) for part in (one.matrix, one.lo, one.hi))
-        return cls(one.rows, matrix, lo, hi, np.repeat(one.version, count, axis=0))
+        placed = solids.matrix[rows], solids.lo[rows], solids.hi[rows]
+        matrix, lo, hi = (np.repeat(part[None], count, axis=0) for part in placed)
+        return cls(rows, matrix, lo, hi, np.repeat(solids.version[None, rows], count, axis=0))
 
     def __len__(self) -> int:
         return len(self.version)
@@ -205,7 +199,7 @@ class Capture:
         solids, count = self.solids, len(self)
         if not count:
             self._is_new = False
-            return Frames.present(solids)
+            return Frames.unchanged(solids)
         worlds = np.stack([self._world, *self._worlds]).reshape(count + 1, -1, 16)
         changed = (worlds[1:] != worlds[:-1]).any(axis=2)
         moved = np.flatnonzero(changed.any(axis=0)).tolist()

@@ -29,7 +29,7 @@ class SceneRayCaster:
     def __init__(self, scene: Any) -> None:
         self.solids = Solids()
         self.capture = Capture(self.solids, single=True)
-        self.frames = Frames.present(self.solids)
+        self.frames = Frames.unchanged(self.solids)
         self._scene = scene
         self._depsgraph: Any = None
         self._listing = -1

@@ -52,7 +52,7 @@ def open(path: str | Path) -> Home:
 
 # The public names besides `open`, and their modules; only homes need Blender's module.
 _NAMES = {
-    "AngenError": "sensor_logic.error",
+    "AngenError": "sensor_logic.logs.error",
     "EventRow": "angen_addon.api.recording",
     "Home": "residents.blender.api",
     "HomeSensor": "angen_addon.api.home",

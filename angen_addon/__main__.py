@@ -16,7 +16,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import NoReturn
 
-from .commands.console import leave_hard, note, write_message
+from .process.console import leave_hard, note, write_message
 from .process.standalone import (
     PACKAGE,
     fill_closed_streams,
@@ -52,7 +52,7 @@ def main(arguments: list[str]) -> int:
     for name, value in ONE_THREAD.items():
         os.environ.setdefault(name, value)
     extension = load_extension()
-    parser = import_module(f"{PACKAGE}.angen_addon.commands.parser")
+    parser = import_module(f"{PACKAGE}.angen_addon.process.parser")
     parts = import_module(f"{PACKAGE}.parts")
     verbs = parser.verbs_here()
     program = COMMAND if Path(sys.argv[0]).stem == COMMAND else PROGRAM

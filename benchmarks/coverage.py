@@ -24,8 +24,7 @@ import bpy
 import numpy as np
 from angen_sensors.angen_addon.coverage.floor_cells import cells_of
 from angen_sensors.angen_addon.coverage.maps import Views, detectors, whole_map
-from angen_sensors.angen_addon.progress import finished
-from angen_sensors.angen_addon.scene.evaluated_home import EvaluatedHome
+from angen_sensors.angen_addon.scene.home.evaluated_home import EvaluatedHome
 from angen_sensors.sensor_logic.coverage.grid import Cells, CoverageMap, choose
 from angen_sensors.sensor_logic.coverage.motions import (
     DIRECTIONS,
@@ -42,8 +41,9 @@ from angen_sensors.sensor_logic.kinds.pir.pyroelectric import (
     zones_of,
 )
 from angen_sensors.sensor_logic.kinds.pir.range_scan import PirParameters
+from angen_sensors.sensor_logic.logs.wording import ZERO_CELSIUS
 from angen_sensors.sensor_logic.physics import STEFAN_BOLTZMANN
-from angen_sensors.sensor_logic.wording import ZERO_CELSIUS
+from angen_sensors.sensor_logic.progress import finished
 
 from .common import open_home, progress, sensors_of, spread
 

@@ -15,8 +15,8 @@ from typing import Any
 import bpy
 import numpy as np
 from angen_sensors.sensor_logic.kinds import KINDS
-from angen_sensors.sensor_logic.log import events_csv
 from angen_sensors.sensor_logic.model import Reading
+from angen_sensors.sensor_logic.recording.events import events_csv
 from angen_sensors.sensor_logic.recording.file import from_bytes, to_bytes
 from angen_sensors.sensor_logic.recording.tracks import Recording, Track
 

@@ -10,10 +10,10 @@ from bpy.props import EnumProperty, StringProperty
 from bpy.types import Context, Menu, Operator
 
 from ..angen_addon.authoring.presets import find_preset, new_sensor
-from ..angen_addon.scene.rooms import fill_room
-from ..sensor_logic.error import AngenError
+from ..angen_addon.scene.home.rooms import fill_room
 from ..sensor_logic.kind import Preset
 from ..sensor_logic.kinds import KINDS
+from ..sensor_logic.logs.error import AngenError
 from .polls import can_add, cancelled
 
 KIND_ITEMS = [(k.identifier, k.label, k.tip, k.icon, k.number) for k in KINDS.values()]

@@ -10,11 +10,11 @@ from bpy.props import EnumProperty
 from bpy.types import Context, Menu, Operator
 
 from ..angen_addon.advice.sensing import without_surface
+from ..angen_addon.scene.home.rooms import fill_room
 from ..angen_addon.scene.instances import stands_for
-from ..angen_addon.scene.rooms import fill_room
 from ..sensor_logic.kind import FORCES
 from ..sensor_logic.kinds import KINDS, NO_KIND
-from ..sensor_logic.wording import uncapitalized
+from ..sensor_logic.logs.wording import uncapitalized
 from .add import KIND_ITEMS
 from .polls import can_change_sensor, needs
 

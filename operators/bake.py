@@ -11,7 +11,7 @@ from ..angen_addon.recording import bake
 from ..angen_addon.recording.results import RESULTS
 from ..angen_addon.scene.instances import stands_for
 from ..angen_addon.scene.sensors import all_sensors, simulated
-from ..sensor_logic.wording import plural
+from ..sensor_logic.logs.wording import plural
 from .polls import cancelled, needs
 from .recording import has_fresh_recording, is_still_fresh
 

@@ -15,13 +15,13 @@ from ..angen_addon.coverage.command import picture
 from ..angen_addon.coverage.maps import MAPPED, cover
 from ..angen_addon.coverage.settings import motion_of, room_names
 from ..angen_addon.output.output_files import write
-from ..angen_addon.progress import Work, finished
 from ..angen_addon.relative_path import ChosenFile
 from ..angen_addon.scene.sensors import all_sensors, decimal
 from ..sensor_logic.coverage.grid import CoverageMap, map_csv
-from ..sensor_logic.error import AngenError
-from ..sensor_logic.files import check_folder
-from ..sensor_logic.wording import plural
+from ..sensor_logic.logs.error import AngenError
+from ..sensor_logic.logs.files import check_folder
+from ..sensor_logic.logs.wording import plural
+from ..sensor_logic.progress import Work, finished
 from .long_work import LongWork
 from .polls import can_read_scene, cancelled, needs
 

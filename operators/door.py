@@ -14,15 +14,15 @@ from bpy.props import BoolProperty, EnumProperty
 from bpy.types import Context, Operator
 from mathutils import Matrix, Vector
 
-from ..angen_addon.authoring.housing import Housing, mesh_of, parent_keeping
+from ..angen_addon.appearance.housing import Housing, mesh_of, parent_keeping
 from ..angen_addon.authoring.of_kind import place_on
 from ..angen_addon.authoring.presets import new_sensor
 from ..angen_addon.kinds.optical_switch import fork
 from ..angen_addon.scene.door_motion import MOTIONS, Leaf, leaves_of
-from ..angen_addon.scene.first_surface import SurfacePoint, belongs_to, first_surface
-from ..angen_addon.scene.rooms import fill_room
+from ..angen_addon.scene.home.first_surface import SurfacePoint, belongs_to, first_surface
+from ..angen_addon.scene.home.rooms import fill_room
 from ..angen_addon.scene.sensors import unit_scale
-from ..sensor_logic.error import AngenError
+from ..sensor_logic.logs.error import AngenError
 from .polls import can_add, cancelled, needs
 
 KIND = "OPTICAL_SWITCH"

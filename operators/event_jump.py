@@ -13,7 +13,7 @@ from ..angen_addon.recording.results import RESULTS
 from ..angen_addon.runtime.playhead import why_not_recorded
 from ..angen_addon.runtime.time_base import moment_text
 from ..angen_addon.view.active import active_sensor
-from ..sensor_logic.log import event_rows, shown_rows
+from ..sensor_logic.recording.events import event_rows, shown_rows
 from ..sensor_logic.recording.tracks import Recording, Track
 from .polls import is_idle, needs
 from .recording import has_fresh_recording

@@ -13,8 +13,8 @@ from ..angen_addon.explain.explain import MEMORY, explain
 from ..angen_addon.recording.results import RESULTS
 from ..angen_addon.runtime.time_base import clock_of
 from ..angen_addon.view.active import active_sensor
-from ..sensor_logic.error import AngenError
-from ..sensor_logic.log import log_indices
+from ..sensor_logic.logs.error import AngenError
+from ..sensor_logic.recording.events import log_indices
 from ..sensor_logic.recording.tracks import Track
 from .event_jump import has_recorded_track, recorded_track
 from .polls import cancelled

@@ -12,9 +12,9 @@ from bpy_extras.io_utils import ExportHelper
 
 from ..angen_addon.output.output_files import write
 from ..angen_addon.relative_path import RELATIVE_PATH, ChosenFile
-from ..sensor_logic.error import AngenError
-from ..sensor_logic.files import check_folder, file_names
-from ..sensor_logic.log import events_csv, samples_csv
+from ..sensor_logic.logs.error import AngenError
+from ..sensor_logic.logs.files import check_folder, file_names
+from ..sensor_logic.recording.events import events_csv, samples_csv
 from .export_options import ExportOptions
 
 

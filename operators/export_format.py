@@ -13,7 +13,7 @@ from ..angen_addon.output.output_files import Exports, Outputs
 from ..angen_addon.output.run_log import log_of_run
 from ..angen_addon.relative_path import ChosenFile
 from ..angen_addon.view.panel_parts import draw_lines
-from ..sensor_logic.formats import FORMATS
+from ..sensor_logic.logs.formats import FORMATS
 from .export_options import ExportOptions
 
 ITEMS = [(f.name, f.name, f.tip) for f in FORMATS.values() if f.name != "events"]

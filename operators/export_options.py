@@ -13,8 +13,8 @@ from ..angen_addon.recording.results import RESULTS
 from ..angen_addon.runtime.time_base import start_of
 from ..angen_addon.scene.sensors import Sensor, all_sensors
 from ..angen_addon.view.panel_parts import draw_lines
-from ..sensor_logic.error import AngenError, InputError, explained
-from ..sensor_logic.log import for_spreadsheets, parse_start
+from ..sensor_logic.logs.error import AngenError, InputError, explained
+from ..sensor_logic.logs.log import for_spreadsheets, parse_start
 from ..sensor_logic.recording.tracks import Recording
 from .polls import cancelled
 from .recording import has_fresh_recording, is_still_fresh

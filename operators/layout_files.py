@@ -11,13 +11,13 @@ from bpy.types import Context, Operator
 from bpy_extras.io_utils import ExportHelper, ImportHelper
 
 from ..angen_addon.layout.apply import apply_layout
-from ..angen_addon.output.describe import layout_text
+from ..angen_addon.layout.describe import layout_text
 from ..angen_addon.output.output_files import write
 from ..angen_addon.relative_path import RELATIVE_PATH, ChosenFile
 from ..angen_addon.scene.sensors import all_sensors
-from ..sensor_logic.error import AngenError, InputError
-from ..sensor_logic.files import check_folder
-from ..sensor_logic.wording import plural
+from ..sensor_logic.logs.error import AngenError, InputError
+from ..sensor_logic.logs.files import check_folder
+from ..sensor_logic.logs.wording import plural
 from .polls import cancelled, needs
 
 

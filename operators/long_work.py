@@ -8,9 +8,9 @@ from typing import Any
 
 from bpy.types import Context, Event
 
-from ..angen_addon import progress
-from ..angen_addon.progress import Doing, Enough, TimeLeft, Work, finished
-from ..sensor_logic.error import AngenError
+from ..sensor_logic import progress
+from ..sensor_logic.logs.error import AngenError
+from ..sensor_logic.progress import Doing, Enough, TimeLeft, Work, finished
 from .polls import cancelled
 
 # s: bounds of a slice. Blender then redraws a few times a second, and reacts to Esc soon enough.

@@ -13,9 +13,10 @@ from bpy.types import Context, Operator
 from ..angen_addon.recording.results import RESULTS
 from ..angen_addon.scene.sensors import Sensor, all_sensors
 from ..angen_addon.view.active import active_sensor
-from ..sensor_logic.log import format_value, shown_rows
+from ..sensor_logic.logs.log import format_value
+from ..sensor_logic.logs.wording import plural, split
+from ..sensor_logic.recording.events import shown_rows
 from ..sensor_logic.recording.tracks import Recording, Track
-from ..sensor_logic.wording import plural, split
 from .polls import cancelled, needs
 from .recording import has_fresh_recording
 

@@ -6,12 +6,12 @@ from __future__ import annotations
 import bpy
 from bpy.types import Context, Operator
 
-from ..angen_addon.progress import Work
 from ..angen_addon.runtime.live import live_of
 from ..angen_addon.runtime.playhead import fresh_recording
 from ..angen_addon.scene.sensors import Sensor, all_sensors, simulated
 from ..angen_addon.view.active import active_sensor
-from ..sensor_logic.wording import listed
+from ..sensor_logic.logs.wording import listed
+from ..sensor_logic.progress import Work
 from .long_work import LongWork
 from .polls import can_read_scene, needs
 

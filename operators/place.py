@@ -18,15 +18,15 @@ from bpy_extras.view3d_utils import region_2d_to_origin_3d, region_2d_to_vector_
 from gpu_extras.batch import batch_for_shader
 from mathutils import Matrix, Vector
 
-from ..angen_addon.authoring.housing import Housing, parent_keeping
+from ..angen_addon.appearance.housing import Housing, parent_keeping
 from ..angen_addon.authoring.of_kind import housing_of, place_on
 from ..angen_addon.authoring.presets import new_sensor
-from ..angen_addon.scene.first_surface import UP, SurfacePoint, first_surface, floor_below
+from ..angen_addon.scene.home.first_surface import UP, SurfacePoint, first_surface, floor_below
+from ..angen_addon.scene.home.rooms import fill_room
 from ..angen_addon.scene.lengths import lengths_of
-from ..angen_addon.scene.rooms import fill_room
 from ..angen_addon.scene.sensors import unit_scale
-from ..sensor_logic.error import AngenError
 from ..sensor_logic.kinds import KINDS
+from ..sensor_logic.logs.error import AngenError
 from .add import KIND_ITEMS, preset_of, preset_property
 from .polls import can_add, cancelled
 

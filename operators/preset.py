@@ -11,8 +11,8 @@ from bpy.types import Context, Operator
 
 from ..angen_addon.authoring.presets import apply, find_preset
 from ..angen_addon.scene.instances import is_sensor, stands_for
-from ..sensor_logic.error import AngenError
 from ..sensor_logic.kinds import KINDS
+from ..sensor_logic.logs.error import AngenError
 from .polls import can_change_sensor, cancelled
 
 

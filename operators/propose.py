@@ -14,12 +14,12 @@ from ..angen_addon.coverage import shown
 from ..angen_addon.coverage.maps import MAPPED
 from ..angen_addon.coverage.proposal import Proposal, Wish, propose
 from ..angen_addon.coverage.settings import motion_of, room_names
-from ..angen_addon.progress import Doing, Work
 from ..angen_addon.scene.instances import stands_for
 from ..angen_addon.scene.sensors import Sensor, all_sensors, decimal, room_of
-from ..sensor_logic.error import AngenError
 from ..sensor_logic.kinds import KINDS
-from ..sensor_logic.wording import plural
+from ..sensor_logic.logs.error import AngenError
+from ..sensor_logic.logs.wording import plural
+from ..sensor_logic.progress import Doing, Work
 from .long_work import LongWork
 from .polls import can_read_scene, cancelled, has_editable_collection, needs
 
@@ -78,7 +78,10 @@ class ANGEN_OT_place_propose(LongWork, Operator):
         )
 
     def _finish(self, context: Context, result: Proposal) -> None:
-        shown.show_proposal(context.scene, result, self._like, self.preset)
+        for ghost in shown.show_proposal(context.scene, result, self._like, self.preset):
+            # Blender writes the names of unselected objects in black, also on dark walls.
+            if ghost.name in context.view_layer.objects:
+                ghost.select_set(True)
         self.report({"INFO"}, result.summary())
 
 

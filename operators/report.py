@@ -11,7 +11,7 @@ from bpy_extras.io_utils import ExportHelper
 from ..angen_addon.output.output_files import write
 from ..angen_addon.output.report import check_name, report_text
 from ..angen_addon.relative_path import ChosenFile
-from ..sensor_logic.files import check_folder
+from ..sensor_logic.logs.files import check_folder
 from .export_options import ExportOptions
 
 

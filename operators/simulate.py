@@ -18,7 +18,6 @@ from bpy.props import BoolProperty, IntProperty
 from bpy.types import Context, Event, Operator
 
 from ..angen_addon.advice import lacking
-from ..angen_addon.progress import Doing, Enough, Work
 from ..angen_addon.recording.references import REFERENCES
 from ..angen_addon.recording.results import RESULTS
 from ..angen_addon.recording.stored_recording import StoredRecording, settings_of, stored_run
@@ -26,10 +25,11 @@ from ..angen_addon.runtime.simulation import Progress, simulate
 from ..angen_addon.runtime.time_base import ends_before_time, frames_to_run, outside_scene
 from ..angen_addon.scene import outputs
 from ..angen_addon.scene.sensors import Sensor, all_sensors, simulated
-from ..sensor_logic.error import AngenError
 from ..sensor_logic.kind import LIGHT
+from ..sensor_logic.logs.error import AngenError
+from ..sensor_logic.logs.wording import capital
+from ..sensor_logic.progress import Doing, Enough, Work
 from ..sensor_logic.recording.tracks import Recording
-from ..sensor_logic.wording import capital
 from .long_work import LongWork
 from .polls import cancelled, is_idle, needs
 from .recording import can_undo

@@ -29,9 +29,9 @@ from ..angen_addon.scene.sensors import Sensor, all_sensors
 from ..angen_addon.view.active import active_sensor
 from ..parts import EXTRAS, install_command
 from ..sensor_logic import study_file
-from ..sensor_logic.error import AngenError
-from ..sensor_logic.files import write_files
 from ..sensor_logic.kind import Kind
+from ..sensor_logic.logs.error import AngenError
+from ..sensor_logic.logs.files import write_files
 from ..sensor_logic.study_file import BETWEEN, COMMON, POSE, Vary
 from .polls import cancelled, needs
 

@@ -19,7 +19,7 @@ from ..angen_addon.view.panel_parts import (
 )
 from ..operators.propose import active_detector
 from ..sensor_logic.coverage.motions import MOTIONS
-from ..sensor_logic.wording import plural
+from ..sensor_logic.logs.wording import plural
 
 ROOMS_SHOWN, NAMES_SHOWN = 12, 3
 

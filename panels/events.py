@@ -9,8 +9,8 @@ from typing import Any
 import bpy
 from bpy.types import Context, DOPESHEET_HT_header, Panel
 
+from ..angen_addon.appearance.facts import Explanation
 from ..angen_addon.explain.explain import MEMORY
-from ..angen_addon.explain.facts import Explanation
 from ..angen_addon.recording.results import RESULTS
 from ..angen_addon.runtime.edits import EDITS
 from ..angen_addon.runtime.playhead import why_not_recorded
@@ -29,8 +29,8 @@ from ..angen_addon.view.timeline.draw import MODE, TOO_LOW, why_no_rows
 from ..angen_addon.view.timeline.layout import HISTORIES, HistoryRow
 from ..operators.markers import event_name
 from ..operators.recording import why_not_fresh
+from ..sensor_logic.logs.wording import capital
 from ..sensor_logic.recording.tracks import Recording, Track
-from ..sensor_logic.wording import capital
 
 # How many letters fit a line of a popover, beside an icon.
 POPOVER_LETTERS = 26

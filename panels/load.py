@@ -22,7 +22,7 @@ from ..angen_addon.view.panel_parts import (
     draw_property,
     has_name_column,
 )
-from ..sensor_logic.wording import named
+from ..sensor_logic.logs.wording import named
 
 NAMES_SHOWN = 3
 

@@ -24,7 +24,7 @@ from ..angen_addon.view.panel_parts import (
 )
 from ..operators.export_options import draw_start
 from ..sensor_logic.kind import LIGHT
-from ..sensor_logic.wording import capital, plural
+from ..sensor_logic.logs.wording import capital, plural
 
 SHOWN_LACKS = 3
 

@@ -11,7 +11,7 @@ from ..angen_addon.view.panel_parts import ClosedSidebar, draw_lines
 from ..operators.study import command, vary_of
 from ..parts import installation
 from ..sensor_logic import study_file
-from ..sensor_logic.wording import plural
+from ..sensor_logic.logs.wording import plural
 
 
 class ANGEN_MT_study_vary(Menu):

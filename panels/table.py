@@ -15,6 +15,7 @@ from bpy.types import Context, Panel, PropertyGroup, UIList, WindowManager
 
 from ..angen_addon.runtime.edits import EDITS
 from ..angen_addon.scene.instances import stands_for
+from ..angen_addon.scene.memory import forgets_at_undo
 from ..angen_addon.scene.sensors import Sensor
 from ..angen_addon.view.panel_parts import USUAL_WIDTH, Sidebar
 from ..angen_addon.view.readings import (
@@ -75,6 +76,12 @@ def matches(sensor: Sensor, seen: ReadingText | None, words: str) -> bool:
 # The texts for the rows of the table that is being drawn. Blender filters the rows and then draws
 # them, with a new object of the list at each step, which cannot keep the texts itself.
 _texts: ReadingTexts | None = None
+
+
+@forgets_at_undo
+def _forget() -> None:
+    global _texts
+    _texts = None
 
 
 class ANGEN_UL_sensors(UIList):

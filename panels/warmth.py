@@ -19,7 +19,7 @@ from ..angen_addon.scene.surfaces.warmth import (
 )
 from ..angen_addon.view.panel_parts import PhysicsTab, draw_property, draw_row, has_name_column
 from ..operators.warmth import ANGEN_OT_warmth_set
-from ..sensor_logic.wording import ZERO_CELSIUS
+from ..sensor_logic.logs.wording import ZERO_CELSIUS
 
 
 class ANGEN_MT_warmth(Menu):

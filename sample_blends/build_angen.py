@@ -39,9 +39,9 @@ from angen_home import (  # noqa: E402
 )
 from angen_sensors.residents.blender.keys import KeyedStretch  # noqa: E402
 from angen_sensors.residents.blender.run import HouseholdDays, Plan  # noqa: E402
-from angen_sensors.sensor_logic.error import InputError  # noqa: E402
+from angen_sensors.sensor_logic.logs.error import InputError  # noqa: E402
 
-from angen_addon.commands.console import leave_hard  # noqa: E402
+from angen_addon.process.console import leave_hard  # noqa: E402
 from angen_addon.process.standalone import load_extension  # noqa: E402
 
 # The collections in the order of the outliner.

@@ -23,7 +23,7 @@ sys.path[:0] = [str(HERE), str(HERE.parent)]
 
 from sample_file import make  # noqa: E402
 
-from angen_addon.commands.console import leave_hard  # noqa: E402
+from angen_addon.process.console import leave_hard  # noqa: E402
 
 # The residents: body, place (m), the yaw (degrees) that they face, and whether they use a walking
 # frame.

@@ -25,7 +25,7 @@ sys.path[:0] = [str(HERE), str(HERE.parent)]
 from angen_home.meshes import MeshBuilder, collection, place  # noqa: E402
 from sample_file import make  # noqa: E402
 
-from angen_addon.commands.console import leave_hard  # noqa: E402
+from angen_addon.process.console import leave_hard  # noqa: E402
 
 FPS, LAST_FRAME, RATE = 24, 97, 4.0
 # So many that the interreflected light in the ball is within 2 %; a lamp alone needs a few.

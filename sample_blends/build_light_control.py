@@ -37,7 +37,7 @@ from angen_sensors.residents.blender.keys import KeyedStretch  # noqa: E402
 from angen_sensors.residents.body.gait import Stance, Walk, footsteps, standing  # noqa: E402
 from sample_file import make  # noqa: E402
 
-from angen_addon.commands.console import leave_hard  # noqa: E402
+from angen_addon.process.console import leave_hard  # noqa: E402
 
 # The inside of the room (m), from x = y = 0; its door is in the wall x = 0, behind it a corridor.
 WIDE, DEEP, HIGH, WALL = 5.0, 4.0, 2.5, 0.12

@@ -24,7 +24,7 @@ sys.path[:0] = [str(HERE), str(HERE.parent)]
 from angen_home.meshes import MeshBuilder, collection, place  # noqa: E402
 from sample_file import make  # noqa: E402
 
-from angen_addon.commands.console import leave_hard  # noqa: E402
+from angen_addon.process.console import leave_hard  # noqa: E402
 
 FPS, LAST_FRAME = 24, 240
 G = 1.0 / 128.0

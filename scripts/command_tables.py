@@ -27,7 +27,7 @@ def page() -> str:
 def _parsers() -> list[argparse.ArgumentParser]:
     """Return the parsers of all verbs, first those that take a blend file."""
     load_extension()
-    commands = import_module(f"{PACKAGE}.angen_addon.commands.parser")
+    commands = import_module(f"{PACKAGE}.angen_addon.process.parser")
     parts = import_module(f"{PACKAGE}.parts")
     on_files = commands.make_parser("angen")
     found = _verbs(on_files)

@@ -12,7 +12,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
-from sensor_logic.log import differences, read_events
+from sensor_logic.logs.log import differences, read_events
 
 FORCE_TOLERANCE = 1e-3
 

@@ -11,7 +11,7 @@ from typing import Any
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from sensor_logic.kinds import KINDS
-from sensor_logic.wording import aligned, short
+from sensor_logic.logs.wording import aligned, short
 
 HEADER = ("room", "sensor", "kind", "events", "first s", "last s", "active", "max")
 NAME_COLUMNS = 3

@@ -25,6 +25,8 @@ def folder_of(module: str) -> str:
     part = rest.partition(".")[0]
     if house == "residents":
         return f"residents ({'in Blender' if part in IN_BLENDER else 'pure'})"
+    if (house, part) == ("sensor_logic", "logs"):
+        return "sensor_logic/logs"
     return f"angen_addon/{part}" if house == "angen_addon" else house
 
 

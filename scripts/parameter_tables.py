@@ -10,8 +10,8 @@ sys.path.insert(0, str(ROOT))
 
 from sensor_logic.kind import Kind  # noqa: E402
 from sensor_logic.kinds import KINDS  # noqa: E402
+from sensor_logic.logs.wording import OF_THRESHOLD  # noqa: E402
 from sensor_logic.parameters import Spec, defaults, format_quantity, specs  # noqa: E402
-from sensor_logic.wording import OF_THRESHOLD  # noqa: E402
 
 PAGE = ROOT / "docs" / "parameters.md"
 HEAD = """\

@@ -104,7 +104,7 @@ class ExportedLog:
         self.events: dict[str, list[dict[str, str]]] = defaultdict(list)
         for row in rows:
             self.events[row["sensor"]].append(row)
-        names = part("sensor_logic.files").file_names(self.events)
+        names = part("sensor_logic.logs.files").file_names(self.events)
         self.samples: dict[str, list[dict[str, str]]] = {}
         for sensor, name in names.items():
             with open(samples / name, newline="", encoding="utf-8") as file:

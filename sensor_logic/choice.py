@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from difflib import SequenceMatcher
 from fnmatch import fnmatchcase
 
-from .error import InputError
 from .kinds import KINDS
-from .wording import hint, listed
+from .logs.error import InputError
+from .logs.wording import hint, listed
 
 WILDCARDS = "*?["
 

@@ -11,9 +11,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from . import wording
-from .parameters import READING, Parameters, Spec, UsedWhen, is_chosen
-from .wording import METRES, Lengths
+# Declarations of kinds import `Field` from here, beside `Kind` and `Preset`.
+from .logs.fields import Field as Field
+from .logs.fields import LoggedKind, UsedWhen
+from .parameters import READING, Parameters, Spec, defaults, is_chosen
 
 # The physical quantities that a model can query from the scene; `model.py` has shapes and units.
 # Ranges of rays; temperature and emissivity at the hits; solids that crossed rays since the last
@@ -51,58 +52,6 @@ def parts_with(**common: Any) -> Callable[..., Preset]:
         return Preset(identifier, label, {**common, **values}, source, rate)
 
     return part
-
-
-@dataclass(frozen=True)
-class Field:
-    """A published quantity: its name in logs and its Python type (bool, float, int or str).
-
-    Attributes
-    ----------
-    unit
-        SI unit, with angles in radians; empty for a plain number.
-    decimals
-        The number of decimals shown; None means three significant digits.
-    step
-        The name of a parameter. A change of the value is an event if it is at least as large as
-        this parameter. Empty: every change is an event.
-    optional
-        Whether files omit the field's column if no row has a value.
-    used_when
-        Pairs of a parameter and a choice. The field is measured if all these parameters have these
-        choices.
-    quantity
-        The physical quantity, such as "motion" or "force". It determines the type of message in the
-        formats of other tools.
-    tip
-        What the field means, in a phrase for the documentation.
-    word
-        A word for the value where it stands beside the sensor's state, such as "tilt", if its unit
-        does not tell what it is.
-    shape
-        The names of the parameters with the numbers of columns and of rows, for a text that holds a
-        picture: a number for each of its pixels, row by row, with semicolons. Reports show it.
-    """
-
-    name: str
-    type: type
-    unit: str = ""
-    decimals: int | None = None
-    step: str = ""
-    optional: bool = False
-    used_when: UsedWhen = ()
-    quantity: str = ""
-    shape: tuple[str, str] | None = None
-    tip: str = ""
-    word: str = ""
-
-    def text(self, value: float, lengths: Lengths = METRES) -> str:
-        """Return a value with its unit, as shown in the interface and in reports."""
-        return wording.measured(value, self.unit, self.decimals, lengths)
-
-    def short(self, value: float, lengths: Lengths = METRES) -> str:
-        """Return a value with its unit, in three or four digits."""
-        return wording.short(value, self.unit, lengths)
 
 
 @dataclass(frozen=True)
@@ -204,6 +153,18 @@ class Kind:
     owner_properties: tuple[OwnerProperties, ...] = ()
     value_when_idle: bool = True
     evidence: tuple[Field, ...] = ()
+
+    @property
+    def logged(self) -> LoggedKind:
+        """What logs need to know of the kind."""
+        return LoggedKind(
+            self.identifier,
+            self.events,
+            self.samples,
+            self.requires(RAYS),
+            defaults(self.parameters),
+            tuple(preset.values for preset in self.presets),
+        )
 
     def requires(self, need: str, parameters: Any = None) -> bool:
         """Return whether the model makes the query `need` with these parameters.

@@ -13,12 +13,11 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
-from .wording import METRES, Advice, Lengths, named, typed
+from .logs.fields import UsedWhen
+from .logs.wording import METRES, Advice, Lengths, named, typed
 
 # The unit of a parameter that has the unit of its sensor's main reading.
 READING = "reading"
-# A condition: pairs of a parameter's name and a value. It holds if each parameter has its value.
-UsedWhen = tuple[tuple[str, Any], ...]
 # Blender stores angles in single precision, in which 180° is a little more than π.
 SINGLE_PRECISION = 1e-6
 

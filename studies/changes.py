@@ -24,7 +24,7 @@ from ..angen_addon.scene.sensors import (
     unit_scale,
 )
 from ..residents.days.rows import Day
-from ..sensor_logic.error import AngenError, explained
+from ..sensor_logic.logs.error import AngenError, explained
 from ..sensor_logic.recording.tracks import Recording
 from ..sensor_logic.study_file import COMMON, POSE
 

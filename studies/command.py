@@ -12,17 +12,17 @@ import signal
 import time
 from dataclasses import replace
 
-from ..angen_addon.commands.console import (
+from ..angen_addon.process.console import (
     BAD_INPUT,
     DONE,
     FAILED,
     ProgressText,
     note,
 )
-from ..angen_addon.commands.parser import Parser, add_choice, choice_of, path, whole_number
+from ..angen_addon.process.parser import Parser, add_choice, choice_of, path, whole_number
 from ..parts import installation
-from ..sensor_logic.error import InputError
-from ..sensor_logic.wording import part_is, plural, shown_duration
+from ..sensor_logic.logs.error import InputError
+from ..sensor_logic.logs.wording import part_is, plural, shown_duration
 from . import study
 
 # Packages of the extra [study], which are imported where they are used.

@@ -25,11 +25,11 @@ from typing import Any, TypeVar
 import dask
 import distributed
 
-from ..angen_addon.commands.console import note
 from ..angen_addon.process import standalone
+from ..angen_addon.process.console import note
 from ..parts import installation
-from ..sensor_logic.error import AngenError, InputError, explained
-from ..sensor_logic.files import write_files
+from ..sensor_logic.logs.error import AngenError, InputError, explained
+from ..sensor_logic.logs.files import write_files
 from . import settings, tasks
 from .results import DAYS, FACTS, Row, Store, write_tables
 from .settings import StudiedHome

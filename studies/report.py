@@ -21,12 +21,12 @@ from markupsafe import Markup
 from matplotlib.figure import Figure
 from scipy.stats import t
 
-from ..sensor_logic.error import InputError, explained
-from ..sensor_logic.files import write_files
+from ..sensor_logic.logs.error import InputError, explained
+from ..sensor_logic.logs.files import write_files
+from ..sensor_logic.logs.wording import plural
 from ..sensor_logic.palette import BLUE, GREEN, ORANGE, PURPLE, SKY, YELLOW
 from ..sensor_logic.report.page import PAGE_STYLE
 from ..sensor_logic.report.svg import INKS, safe
-from ..sensor_logic.wording import plural
 from .results import CSV, FACTS
 from .study import COLUMNS, SENSORS
 

@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Any
 import pandas
 
 from ..parts import installation
-from ..sensor_logic.error import AngenError, InputError
-from ..sensor_logic.files import fcntl, write_files
+from ..sensor_logic.logs.error import AngenError, InputError
+from ..sensor_logic.logs.files import fcntl, write_files
 
 if TYPE_CHECKING:
     from .tasks import RunResult

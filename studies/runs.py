@@ -28,7 +28,6 @@ from ..angen_addon.api.opening import open_home_file
 from ..angen_addon.api.recording import Recording
 from ..angen_addon.coverage.maps import cover, detectors
 from ..angen_addon.output.run_log import about, sensor_facts
-from ..angen_addon.progress import finished
 from ..angen_addon.runtime.simulation import simulate
 from ..angen_addon.runtime.time_base import evaluated_depsgraph
 from ..angen_addon.scene.animation import may_set
@@ -39,10 +38,11 @@ from ..residents.blender.run import HouseholdDays, Plan, run_days
 from ..residents.days.rows import Day, DayRows
 from ..residents.days.truth import DAY_S
 from ..sensor_logic.coverage.motions import MOTIONS
-from ..sensor_logic.error import AngenError
-from ..sensor_logic.files import read_text, write_files
 from ..sensor_logic.kind import LIGHT
-from ..sensor_logic.log import events_csv
+from ..sensor_logic.logs.error import AngenError
+from ..sensor_logic.logs.files import read_text, write_files
+from ..sensor_logic.progress import finished
+from ..sensor_logic.recording.events import events_csv
 from ..sensor_logic.recording.tracks import Recording as Readings
 from ..sensor_logic.report.facts import figures, quantity
 from .changes import Changes, Variants, day_of_sensors, recording_of_sensors, with_run_names
@@ -267,7 +267,7 @@ def _make_household(task: Task) -> HouseholdDays | None:
         return None
     sensors = all_sensors(bpy.context.view_layer)
     # Errors are stored in the results, which contain no path of a machine.
-    plan = Plan.of(read_text(local_path(task.routine)), task.routine.name)
+    plan = Plan.from_text(read_text(local_path(task.routine)), task.routine.name)
     start = date.fromisoformat(task.start)
     return HouseholdDays(bpy.context.scene, sensors, plan, start, task.seed)
 

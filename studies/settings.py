@@ -13,12 +13,12 @@ from dataclasses import dataclass
 from typing import Any, cast
 
 from ..sensor_logic.choice import ALL_SENSORS, SensorChoice, fitting, not_found
-from ..sensor_logic.error import InputError, explained
 from ..sensor_logic.kind import Kind
 from ..sensor_logic.kinds import KINDS
+from ..sensor_logic.logs.error import InputError, explained
+from ..sensor_logic.logs.wording import hint
 from ..sensor_logic.parameters import defaults, specs
 from ..sensor_logic.study_file import BETWEEN, COMMON, POSE
-from ..sensor_logic.wording import hint
 from .study import SENSORS, WITHOUT_DOT, Range, Study, Value
 
 PRESET = "preset"

@@ -18,9 +18,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..sensor_logic.choice import ALL_SENSORS, SensorChoice
-from ..sensor_logic.error import InputError
-from ..sensor_logic.model import Array
-from ..sensor_logic.toml_table import (
+from ..sensor_logic.logs.error import InputError
+from ..sensor_logic.logs.toml_table import (
     TomlTable,
     calendar_date,
     flag,
@@ -30,6 +29,7 @@ from ..sensor_logic.toml_table import (
     text,
     texts,
 )
+from ..sensor_logic.model import Array
 
 Value = bool | int | float | str | tuple[str, ...]
 DRAWS = ("grid", "list", "random", "sobol")

@@ -20,7 +20,7 @@ from typing import Any
 import distributed
 
 from ..angen_addon.output.version import extension_version
-from ..sensor_logic.error import AngenError
+from ..sensor_logic.logs.error import AngenError
 from .settings import Settings
 
 # Paths of received files by digest, for a worker that cannot read the driver's disk.

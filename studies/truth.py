@@ -13,7 +13,7 @@ import pandas
 from ..residents.days.rows import DayRows
 from ..residents.days.truth import DAY_S
 from ..sensor_logic.kinds import KINDS
-from ..sensor_logic.log import format_value
+from ..sensor_logic.logs.log import format_value
 
 # Quantities of the fields that show people by being on.
 PRESENCE_QUANTITIES = ("motion", "opening", "occupancy", "proximity")

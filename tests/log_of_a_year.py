@@ -7,11 +7,11 @@ from collections.abc import Iterable
 from datetime import datetime
 from pathlib import Path
 
-from angen_sensors.sensor_logic.files import write_files
-from angen_sensors.sensor_logic.formats import FORMATS, outputs
-from angen_sensors.sensor_logic.formats.log import Log, LoggedActivity, SensorFacts
-from angen_sensors.sensor_logic.formats.source import make_log
-from angen_sensors.sensor_logic.log import Event
+from angen_sensors.sensor_logic.logs.files import write_files
+from angen_sensors.sensor_logic.logs.formats import FORMATS, outputs
+from angen_sensors.sensor_logic.logs.formats.log import Log, LoggedActivity, SensorFacts
+from angen_sensors.sensor_logic.logs.formats.source import make_log
+from angen_sensors.sensor_logic.logs.log import Event
 
 START = datetime(2026, 3, 2, 7, 0, 0)
 YEAR = 365 * 86400.0

@@ -14,7 +14,7 @@ import bpy
 
 from ...sensor_logic.kind import LIGHT
 from ...sensor_logic.kinds import KINDS
-from ...sensor_logic.wording import named
+from ...sensor_logic.logs.wording import named
 from ..scene import memory
 from ..scene.animation import all_animated
 from ..scene.former_choices import stored_settings

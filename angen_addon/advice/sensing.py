@@ -10,8 +10,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from ...sensor_logic.error import AngenError
-from ...sensor_logic.wording import Advice, Lengths, named, uncapitalized
+from ...sensor_logic.logs.error import AngenError
+from ...sensor_logic.logs.wording import Advice, Lengths, named, uncapitalized
 from ..scene.animation import PLACE, is_animated, played_curves
 from ..scene.bearers import candidates, has_mass
 from ..scene.forces.bodies import rigid_bodies

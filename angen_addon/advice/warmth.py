@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ...sensor_logic.kind import WARMTH
-from ...sensor_logic.wording import Advice
+from ...sensor_logic.logs.wording import Advice
 from ..scene.bearers import candidates
 from ..scene.instances import with_instanced
 from ..scene.rays.geometry import evaluated_materials

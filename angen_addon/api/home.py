@@ -14,13 +14,13 @@ import numpy.typing as npt
 from mathutils import Matrix, Vector
 
 from ...sensor_logic.choice import SensorChoice
-from ...sensor_logic.error import AngenError, explained
 from ...sensor_logic.kinds import KINDS, NO_KIND
+from ...sensor_logic.logs.error import AngenError, explained
 from ...sensor_logic.parameters import former_choice, former_text, specs
 from ...sensor_logic.recording.tracks import Recording as Run
 from ..authoring.presets import find_preset, new_sensor
 from ..layout.apply import Applied, apply_layout
-from ..output.describe import parameters_of
+from ..layout.describe import parameters_of
 from ..output.output_files import Outputs, check_outputs
 from ..output.run_log import about, sensor_facts
 from ..process.standalone import standard_output_silenced
@@ -28,7 +28,7 @@ from ..recording.results import RESULTS
 from ..recording.stored_recording import stored_run
 from ..runtime.simulation import simulate
 from ..runtime.time_base import evaluated_depsgraph, outside_scene
-from ..scene.rooms import fill_room
+from ..scene.home.rooms import fill_room
 from ..scene.sensors import Sensor, all_sensors, check, chosen, simulated, unit_scale
 from .recording import Recording
 

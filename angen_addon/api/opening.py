@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ...parts import part
-from ...sensor_logic.error import AngenError
+from ...sensor_logic.logs.error import AngenError
 from ..process.standalone import open_file, standard_output_silenced, unreadable
 
 if TYPE_CHECKING:

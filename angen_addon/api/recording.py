@@ -10,14 +10,14 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ...sensor_logic.error import AngenError
-from ...sensor_logic.files import write_files
-from ...sensor_logic.formats import FORMATS
-from ...sensor_logic.formats.log import DEFAULT_START, Log, SensorFacts
-from ...sensor_logic.formats.outputs import check_apart, check_out, output_files
-from ...sensor_logic.formats.parquet import event_columns
-from ...sensor_logic.formats.source import make_log
-from ...sensor_logic.log import events
+from ...sensor_logic.logs.error import AngenError
+from ...sensor_logic.logs.files import write_files
+from ...sensor_logic.logs.formats import FORMATS
+from ...sensor_logic.logs.formats.log import DEFAULT_START, Log, SensorFacts
+from ...sensor_logic.logs.formats.outputs import check_apart, check_out, output_files
+from ...sensor_logic.logs.formats.parquet import event_columns
+from ...sensor_logic.logs.formats.source import make_log
+from ...sensor_logic.recording.events import events, samples_of
 from ...sensor_logic.recording.tracks import Recording as Run
 from ..output.faulty import Faults
 
@@ -150,5 +150,6 @@ class Recording:
         chosen = Faults(Path(faults) if faults else None, Path(truth) if truth else None, out)
         chosen.check_names(self._sensors)
         when = start or DEFAULT_START
-        log = make_log(events(self._run), self._sensors, when, (), self._about, self._run)
+        samples = samples_of(self._run)
+        log = make_log(events(self._run), self._sensors, when, (), self._about, samples)
         return chosen.of(log)

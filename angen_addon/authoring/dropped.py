@@ -14,12 +14,12 @@ import bpy
 from mathutils import Matrix, Vector
 
 from ...sensor_logic.kinds import KINDS, NO_KIND
+from ..appearance.housing import Housing, housing_mesh
 from ..runtime import handlers
-from ..scene.first_surface import belongs_to, first_surface
+from ..scene.home.first_surface import belongs_to, first_surface
+from ..scene.home.rooms import fill_room
 from ..scene.marks import HOUSING_MARK
-from ..scene.rooms import fill_room
 from ..scene.sensors import unit_scale
-from .housing import Housing, housing_mesh
 from .of_kind import housing_of, place_on
 
 # Blender's operators at the end of a drag, for assets of other files and of this file.

@@ -11,8 +11,8 @@ from collections.abc import Iterable
 from mathutils import Matrix, Vector
 
 from ...sensor_logic.kinds import KINDS
-from ..kinds import appearance_of
-from .housing import Housing, marker
+from ..appearance.appearance import appearance_of
+from ..appearance.housing import Housing, marker
 
 UP = Vector((0.0, 0.0, 1.0))
 # A unit vector can orient a sensor if its component along the surface is at least this long.

@@ -9,11 +9,11 @@ from typing import Any
 import bpy
 from bpy.types import Context
 
-from ...sensor_logic.error import AngenError
 from ...sensor_logic.kind import Kind, Preset
 from ...sensor_logic.kinds import KINDS
+from ...sensor_logic.logs.error import AngenError
+from ..appearance.housing import housing_mesh
 from ..scene.sensors import unit_scale
-from .housing import housing_mesh
 from .of_kind import housing_of
 
 # Relative tolerance of values, since Blender stores single precision.

@@ -9,11 +9,11 @@ from typing import Any
 
 import bpy
 
-from ...sensor_logic.error import AngenError
+from ...sensor_logic.logs.error import AngenError
 from ..output.output_files import Outputs
+from ..process.console import FAILED, Interrupt, leave_hard, note
+from ..process.parser import parse, verb_of
 from ..process.standalone import fill_closed_streams, standard_output_silenced
-from .console import FAILED, Interrupt, leave_hard, note
-from .parser import parse, verb_of
 
 INTERRUPTED = "interrupted; nothing was written"
 

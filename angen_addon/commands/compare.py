@@ -7,14 +7,15 @@ import io
 import json
 import sys
 
-from ...sensor_logic import compare
-from ...sensor_logic.compare import measures, read_both
-from ...sensor_logic.error import AngenError
-from ...sensor_logic.files import write_files
-from ...sensor_logic.formats.label_map import read_map
-from ...sensor_logic.formats.outputs import check_apart
-from .console import BAD_INPUT, DONE, FAILED, note
-from .parser import Parser, path
+from ...sensor_logic.logs.comparison import compare
+from ...sensor_logic.logs.comparison.compare import measures, read_both
+from ...sensor_logic.logs.error import AngenError
+from ...sensor_logic.logs.files import write_files
+from ...sensor_logic.logs.formats.label_map import read_map
+from ...sensor_logic.logs.formats.outputs import check_apart
+from ...sensor_logic.report import comparison
+from ..process.console import BAD_INPUT, DONE, FAILED, note
+from ..process.parser import Parser, path
 
 
 def main(arguments: list[str], program: str) -> int:
@@ -32,7 +33,7 @@ def main(arguments: list[str], program: str) -> int:
         found = measures(first, second)
         if options.picture:
             check_apart("--picture", options.picture, [options.log, options.other])
-            write_files({options.picture: compare.svg(first, second, found)})
+            write_files({options.picture: comparison.svg(first, second, found)})
     except AngenError as error:
         return _fail(str(error), error.status)
     except OSError as error:

@@ -8,26 +8,21 @@ from dataclasses import replace
 from datetime import datetime
 from zoneinfo import ZoneInfo
 
-from ...sensor_logic.error import AngenError, replaced
-from ...sensor_logic.faults import undo
-from ...sensor_logic.files import write_files
-from ...sensor_logic.formats import FORMATS, Log
-from ...sensor_logic.formats.activities import read_logged
-from ...sensor_logic.formats.log import DEFAULT_START, LoggedActivity
-from ...sensor_logic.formats.outputs import check_apart, check_out, output_files
-from ...sensor_logic.formats.reading import read_log
-from ...sensor_logic.formats.source import (
-    DescribedHome,
-    format_labels,
-    home_beside,
-    read_home,
-)
-from ...sensor_logic.formats.units import UNIT_HELP, Units
-from ...sensor_logic.log import parse_start
-from ...sensor_logic.wording import plural
+from ...sensor_logic.logs.error import AngenError, replaced
+from ...sensor_logic.logs.faults import undo
+from ...sensor_logic.logs.files import write_files
+from ...sensor_logic.logs.formats import FORMATS, Log
+from ...sensor_logic.logs.formats.activities import read_logged
+from ...sensor_logic.logs.formats.log import DEFAULT_START, LoggedActivity
+from ...sensor_logic.logs.formats.outputs import check_apart, check_out, output_files
+from ...sensor_logic.logs.formats.reading import read_log
+from ...sensor_logic.logs.formats.source import DescribedHome, format_labels, home_beside, read_home
+from ...sensor_logic.logs.formats.units import UNIT_HELP, Units
+from ...sensor_logic.logs.log import parse_start
+from ...sensor_logic.logs.wording import plural
 from ..output.faulty import Faults, add_options
-from .console import BAD_INPUT, DONE, note
-from .parser import Parser, path
+from ..process.console import BAD_INPUT, DONE, note
+from ..process.parser import Parser, path
 
 
 def main(arguments: list[str], program: str) -> int:

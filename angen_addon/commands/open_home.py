@@ -15,21 +15,21 @@ from typing import TextIO
 
 import bpy
 
-from ...sensor_logic.error import InputError
 from ...sensor_logic.kind import FORCES, LIGHT
+from ...sensor_logic.logs.error import InputError
+from ...sensor_logic.logs.wording import named, uncapitalized
+from ...sensor_logic.progress import TimeLeft
 from ...sensor_logic.recording.tracks import Recording
-from ...sensor_logic.wording import named, uncapitalized
 from ..advice import sensing as advice
 from ..advice import warmth
 from ..advice.lacking import lacking
 from ..layout.apply import apply_layout
-from ..progress import TimeLeft
+from ..process.console import ProgressText, note, write_message
 from ..runtime.simulation import Progress, simulate, unrecorded
 from ..runtime.time_base import ends_before_time, outside_scene
 from ..scene.instances import is_sensor
 from ..scene.lengths import lengths_of
 from ..scene.sensors import Sensor, all_sensors, simulated
-from .console import ProgressText, note, write_message
 
 # Advice before a run, on standard error.
 

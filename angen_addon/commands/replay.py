@@ -10,19 +10,19 @@ from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
 
-from ...sensor_logic.error import AngenError, InputError
-from ...sensor_logic.formats.home_assistant import OFFLINE, TOPIC, HomeMessages, Message
-from ...sensor_logic.formats.log import DEFAULT_START, Change, Channel, Log, since
-from ...sensor_logic.formats.reading import read_log
-from ...sensor_logic.formats.source import home_beside, read_home
-from ...sensor_logic.formats.units import UNIT_HELP, Units
-from ...sensor_logic.log import Value, parse_start
+from ...sensor_logic.logs.error import AngenError, InputError
+from ...sensor_logic.logs.formats.home_assistant import OFFLINE, TOPIC, HomeMessages, Message
+from ...sensor_logic.logs.formats.log import DEFAULT_START, Change, Channel, Log, since
+from ...sensor_logic.logs.formats.reading import read_log
+from ...sensor_logic.logs.formats.source import home_beside, read_home
+from ...sensor_logic.logs.formats.units import UNIT_HELP, Units
+from ...sensor_logic.logs.log import Value, parse_start
 from ..output.mqtt.address import AT_ONCE, Address, add_options, address_of
 from ..output.mqtt.link import Link
 from ..output.mqtt.player import Player, remove_messages, retained_messages
 from ..output.version import extension_version
-from .console import BAD_INPUT, DONE, FAILED, Interrupt, leave_hard, note
-from .parser import Parser, path
+from ..process.console import BAD_INPUT, DONE, FAILED, Interrupt, leave_hard, note
+from ..process.parser import Parser, path
 
 INTERRUPTED = "interrupted: the broker now shows the sensors as unavailable"
 

@@ -9,10 +9,11 @@ from typing import Any
 
 import bpy
 
-from ...sensor_logic.error import InputError
-from ...sensor_logic.files import file_names
-from ...sensor_logic.formats import FORMATS
-from ...sensor_logic.log import for_spreadsheets, parse_start, rows_csv, samples_csv
+from ...sensor_logic.logs.error import InputError
+from ...sensor_logic.logs.files import file_names
+from ...sensor_logic.logs.formats import FORMATS
+from ...sensor_logic.logs.log import for_spreadsheets, parse_start, rows_csv
+from ...sensor_logic.recording.events import samples_csv
 from ..output import faulty
 from ..output.faulty import Faults
 from ..output.mqtt import address as mqtt
@@ -21,13 +22,13 @@ from ..output.mqtt.sending import Sending
 from ..output.output_files import Exports, Outputs, check_outputs
 from ..output.report import check_name, report_text
 from ..output.run_log import log_of_run
+from ..process.console import DONE, FAILED, note
+from ..process.parser import Verb, argument_type, choice_of, path, run_options
 from ..recording import bake
 from ..recording.results import RESULTS
 from ..recording.stored_recording import stored_run
 from ..scene.sensors import Sensor, all_sensors, chosen, simulated
-from .console import DONE, FAILED, note
 from .open_home import run_home, seconds_to_run, sensors_of
-from .parser import Verb, argument_type, choice_of, path, run_options
 
 
 def simulate(options: argparse.Namespace, outputs: Outputs) -> int:

@@ -9,19 +9,20 @@ from typing import Any
 
 import bpy
 
-from ...sensor_logic.error import InputError, explained
-from ...sensor_logic.log import differences, events, read_events
-from ...sensor_logic.wording import named
+from ...sensor_logic.logs.error import InputError, explained
+from ...sensor_logic.logs.log import differences, read_events
+from ...sensor_logic.logs.wording import named
+from ...sensor_logic.recording.events import events
 from .. import doctor
 from ..explain.explain import ExplainedTime
 from ..layout.apply import apply_layout
-from ..output.describe import describe, layout_text
+from ..layout.describe import describe, layout_text
 from ..output.output_files import Outputs, check_outputs
+from ..process.console import DONE, FAILED, note
+from ..process.parser import Verb, add_choice, choice_of, path, run_options, tolerance
 from ..runtime.time_base import outside_scene
 from ..scene.sensors import chosen
-from .console import DONE, FAILED, note
 from .open_home import ProgressLine, open_home, run_home, sensors_of
-from .parser import Verb, add_choice, choice_of, path, run_options, tolerance
 
 SHOWN_DIFFERENCES = 50
 

@@ -19,16 +19,16 @@ from ...sensor_logic.choice import SensorChoice
 from ...sensor_logic.coverage.grid import CoverageMap, map_csv, table
 from ...sensor_logic.coverage.motions import MOTIONS
 from ...sensor_logic.coverage.picture import svg
-from ...sensor_logic.error import AngenError, InputError
+from ...sensor_logic.logs.error import AngenError, InputError
+from ...sensor_logic.logs.wording import aligned
+from ...sensor_logic.progress import T, Work
 from ...sensor_logic.report.facts import PlanStorey, SensorInPlan
-from ...sensor_logic.wording import aligned
-from ..commands.console import DONE, ProgressText, write_message
 from ..commands.open_home import sensors_of
-from ..commands.parser import Verb, add_names, path
 from ..output.output_files import Outputs, check_outputs
 from ..plan.storeys import group_by_storey, sensor_in_plan, shapes_at
-from ..progress import T, Work
-from ..scene.evaluated_home import EvaluatedHome
+from ..process.console import DONE, ProgressText, write_message
+from ..process.parser import Verb, add_names, path
+from ..scene.home.evaluated_home import EvaluatedHome
 from ..scene.sensors import Sensor, chosen
 from . import shown as drawn
 from .maps import check_mapped, cover

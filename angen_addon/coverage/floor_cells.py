@@ -9,12 +9,12 @@ import numpy as np
 
 from ...sensor_logic.coverage.grid import Cells
 from ...sensor_logic.coverage.motions import DIRECTIONS, HEADINGS, Motion
-from ...sensor_logic.error import AngenError
+from ...sensor_logic.logs.error import AngenError
 from ...sensor_logic.model import Array
+from ...sensor_logic.progress import Doing, Steps, Work, saying
 from ..plan.rooms import Labels, labels_of, storeys_of
-from ..progress import Doing, Steps, Work, saying
-from ..scene.evaluated_home import EvaluatedHome
-from ..scene.floor import (
+from ..scene.home.evaluated_home import EvaluatedHome
+from ..scene.home.floor import (
     MOST_CELLS,
     OVER_M,
     PIT_M,
@@ -25,7 +25,7 @@ from ..scene.floor import (
     free_ways,
     passable,
 )
-from ..scene.rooms import Volume, volumes
+from ..scene.home.rooms import Volume, volumes
 from ..scene.sensors import Sensor
 
 # Rooms reach at most this far (m) from their sensors.

@@ -16,12 +16,12 @@ import numpy as np
 from ...sensor_logic.coverage.detect import DetectorView
 from ...sensor_logic.coverage.grid import Cells, CoverageMap
 from ...sensor_logic.coverage.motions import DIRECTIONS, Motion
-from ...sensor_logic.error import AngenError
 from ...sensor_logic.kind import RAYS, Kind
 from ...sensor_logic.kinds import KINDS
+from ...sensor_logic.logs.error import AngenError
 from ...sensor_logic.model import Array, Pose, Update
-from ..progress import Doing, Work, finished
-from ..scene.evaluated_home import EvaluatedHome
+from ...sensor_logic.progress import Doing, Work, finished
+from ..scene.home.evaluated_home import EvaluatedHome
 from ..scene.instances import Uid
 from ..scene.sensors import (
     Sensor,

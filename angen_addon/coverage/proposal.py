@@ -17,13 +17,13 @@ from numpy.typing import NDArray
 from ...sensor_logic.coverage.detect import DetectorView
 from ...sensor_logic.coverage.grid import Cells, ChosenPlaces, CoverageMap, choose
 from ...sensor_logic.coverage.motions import Motion
-from ...sensor_logic.error import AngenError
 from ...sensor_logic.kind import Kind
+from ...sensor_logic.logs.error import AngenError
 from ...sensor_logic.model import Array, Pose
+from ...sensor_logic.progress import Doing, Enough, Steps, Work, saying
 from ..plan.storeys import WALL_M, may_move
-from ..progress import Doing, Enough, Steps, Work, saying
-from ..scene.evaluated_home import EvaluatedHome
-from ..scene.floor import cast_along
+from ..scene.home.evaluated_home import EvaluatedHome
+from ..scene.home.floor import cast_along
 from ..scene.sensors import Sensor
 from .floor_cells import cells_of
 from .maps import Views, check_cell, detectors, upper_bound_map, whole_map

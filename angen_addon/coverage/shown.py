@@ -16,11 +16,11 @@ from mathutils import Matrix
 
 from ...sensor_logic.coverage.grid import CoverageMap
 from ...sensor_logic.coverage.picture import LEVELS, VIRIDIS, levels, linear
-from ...sensor_logic.error import AngenError
 from ...sensor_logic.kind import Kind, Preset
 from ...sensor_logic.kinds import KINDS
+from ...sensor_logic.logs.error import AngenError
+from ...sensor_logic.logs.wording import listed
 from ...sensor_logic.parameters import specs
-from ...sensor_logic.wording import listed
 from ..recording.followed_map import FollowedMap
 from ..recording.results import RESULTS
 from ..runtime import handlers
@@ -158,7 +158,7 @@ def show_proposal(scene: Any, proposal: Proposal, like: str = "", preset: str = 
         ghost.empty_display_type = "CONE"
         ghost.empty_display_size = SHOWN_M / unit_scale(scene)
         ghost.matrix_world = Matrix(matrix_of(candidate.pose, unit_scale(scene)).tolist())
-        ghost.show_name = True
+        ghost.show_name = ghost.show_in_front = True
         ghost[COVERAGE_MARK] = PROPOSAL
         ghost.angen_sensor.room = candidate.room
         ghost[LIKE], ghost[PRESET] = like, preset

@@ -8,7 +8,7 @@ from typing import Any
 
 import bpy
 
-from ...sensor_logic.wording import plural
+from ...sensor_logic.logs.wording import plural
 from . import building, sensors
 from .examined import Check, Examined, Finding
 

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from ...sensor_logic.kind import LIGHT
+from ...sensor_logic.logs.wording import capital, named
 from ...sensor_logic.model import Array
-from ...sensor_logic.wording import capital, named
 from ..advice import lacking
 from ..advice import sensing as advice
 from ..scene.animation import motion_paths

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...sensor_logic.model import Array
-from ..scene.evaluated_home import EvaluatedHome
+from ..scene.home.evaluated_home import EvaluatedHome
 from ..scene.rays.solids import SURFACE_TYPES
 from ..scene.sensors import Sensor, all_sensors, is_evaluated, simulated, unit_scale
 from .bare import Bare, bare_objects

@@ -12,11 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from ...sensor_logic.error import AngenError
 from ...sensor_logic.kind import FORCES, LIGHT, POSES, RAYS, WARMTH
+from ...sensor_logic.logs.error import AngenError
+from ...sensor_logic.logs.wording import capital, named, percent, uncapitalized
 from ...sensor_logic.model import Array
 from ...sensor_logic.parameters import specs
-from ...sensor_logic.wording import capital, named, percent, uncapitalized
 from ..advice import sensing, warmth
 from ..advice import sensing as advice
 from ..runtime.sensor_runner import all_rays

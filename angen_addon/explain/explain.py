@@ -8,18 +8,18 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from ...sensor_logic.clock import Schedule
-from ...sensor_logic.error import AngenError
 from ...sensor_logic.kind import LIGHT
-from ...sensor_logic.log import log_indices
+from ...sensor_logic.logs.error import AngenError
+from ...sensor_logic.recording.events import log_indices
 from ...sensor_logic.recording.tracks import Recording
-from ..kinds import appearance_of
+from ..appearance.appearance import appearance_of
+from ..appearance.facts import Explanation
+from ..appearance.recorded import RecordedSensor
 from ..runtime.simulation import Progress, simulate
 from ..runtime.time_base import clock_of
 from ..scene import outputs
 from ..scene.instances import Uid
 from ..scene.sensors import Sensor, decimal, simulated
-from .facts import Explanation
-from .recorded import RecordedSensor
 
 
 def explain(scene: Any, sensor: Sensor, recording: Recording, index: int) -> Explanation:

@@ -13,13 +13,13 @@ import bpy
 import numpy as np
 
 from ...sensor_logic.model import Array, Pose
+from ..appearance.recorded import RecordedSensor
 from ..runtime import handlers
 from ..runtime.probes import Probes
 from ..runtime.running import running
 from ..runtime.time_base import evaluated_depsgraph
 from ..scene.outputs import are_driven, show
 from ..scene.sensors import Sensor, all_sensors, read_pose
-from .recorded import RecordedSensor
 
 
 @dataclass(frozen=True)

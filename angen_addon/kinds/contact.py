@@ -14,13 +14,13 @@ from typing import Any
 import numpy as np
 from bpy.types import Context
 
-from ...sensor_logic.wording import Lengths, measured, quoted
-from ..authoring.housing import Housing
-from ..explain.facts import Explanation
-from ..explain.recorded import RecordedSensor
+from ...sensor_logic.logs.wording import Lengths, measured, quoted
+from ..appearance.appearance import Appearance
+from ..appearance.facts import Explanation
+from ..appearance.figures import Figure, circle, pairs
+from ..appearance.housing import Housing
+from ..appearance.recorded import RecordedSensor
 from ..scene.sensors import Sensor
-from ..view.appearance import Appearance
-from ..view.overlay.figures import Figure, circle, pairs
 from ..view.panel_parts import draw_lines
 from ..view.readings import ReadingText
 

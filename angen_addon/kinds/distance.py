@@ -11,15 +11,15 @@ import numpy as np
 from ...sensor_logic.evidence import rows_of
 from ...sensor_logic.geometry.pixels import pixel_corners
 from ...sensor_logic.kinds.distance import DistanceParameters, sigma, zone_rays
+from ...sensor_logic.logs.wording import named, quoted
 from ...sensor_logic.model import Array, Pose
-from ...sensor_logic.wording import named, quoted
-from ..authoring.housing import Housing, looking, looking_level
-from ..explain.facts import Explanation, Facts
-from ..explain.recorded import RecordedSensor
+from ..appearance.appearance import Appearance
+from ..appearance.facts import Explanation, Facts
+from ..appearance.figures import Figure, corners_of, pairs
+from ..appearance.handles import ahead, edge
+from ..appearance.housing import Housing, looking, looking_level
+from ..appearance.recorded import RecordedSensor
 from ..runtime.trace import RaysMet, SensorRays, Trace
-from ..view.appearance import Appearance
-from ..view.handles import ahead, edge
-from ..view.overlay.figures import Figure, corners_of, pairs
 
 NAMES_SHOWN = 3
 

@@ -15,20 +15,20 @@ import numpy as np
 from bpy.types import Context
 
 from ...sensor_logic.evidence import rows_of
-from ...sensor_logic.kind import Field
+from ...sensor_logic.logs.fields import Field
+from ...sensor_logic.logs.wording import capital, listed, named, percent, quoted
 from ...sensor_logic.model import LightShare, Pose
 from ...sensor_logic.parameters import specs
-from ...sensor_logic.wording import capital, listed, named, percent, quoted
-from ..authoring.housing import Housing, looking
-from ..explain.facts import Explanation, Facts, more_needed
-from ..explain.recorded import RecordedSensor
+from ..appearance.appearance import Appearance
+from ..appearance.facts import Explanation, Facts, more_needed
+from ..appearance.figures import ROUND, Figure, circle, dashes, ends_of, pairs
+from ..appearance.handles import ahead, edge
+from ..appearance.housing import Housing, looking
+from ..appearance.recorded import RecordedSensor
 from ..runtime.sensor_runner import light_request
 from ..runtime.trace import RaysMet, SensorRays, Trace
 from ..scene.light.views import view_rays
 from ..scene.sensors import Sensor
-from ..view.appearance import Appearance
-from ..view.handles import ahead, edge
-from ..view.overlay.figures import ROUND, Figure, circle, dashes, ends_of, pairs
 from ..view.panel_parts import draw_lines
 from ..view.readings import ReadingText
 

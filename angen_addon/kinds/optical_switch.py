@@ -11,14 +11,14 @@ from dataclasses import dataclass
 from typing import Any
 
 from ...sensor_logic.kinds.optical_switch import SWITCHING_LEVEL, OpticalSwitchParameters
-from ...sensor_logic.wording import Lengths, percent, quoted
-from ..authoring.housing import Housing, beside_it
-from ..explain.facts import Explanation, Facts
-from ..explain.recorded import RecordedSensor
+from ...sensor_logic.logs.wording import Lengths, percent, quoted
+from ..appearance.appearance import Appearance
+from ..appearance.facts import Explanation, Facts
+from ..appearance.figures import Figure, beams, dashes, ends_of
+from ..appearance.handles import ahead
+from ..appearance.housing import Housing, beside_it
+from ..appearance.recorded import RecordedSensor
 from ..runtime.trace import RaysMet
-from ..view.appearance import Appearance
-from ..view.handles import ahead
-from ..view.overlay.figures import Figure, beams, dashes, ends_of
 
 
 @dataclass(frozen=True)

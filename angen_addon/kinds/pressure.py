@@ -13,18 +13,18 @@ from bpy.types import Context
 
 from ...sensor_logic.evidence import rows_of
 from ...sensor_logic.kinds.pressure import FORCE, KIND, PressureParameters
+from ...sensor_logic.logs.wording import METRES, NOTHING, Lengths, capital, quoted, split, typed
 from ...sensor_logic.model import NOT_YET, Pose
-from ...sensor_logic.wording import METRES, NOTHING, Lengths, capital, quoted, split, typed
 from ..advice import sensing as advice
-from ..authoring.housing import Housing, Point, lying, pad
-from ..explain.facts import Explanation, more_needed
+from ..appearance.appearance import Appearance
+from ..appearance.facts import Explanation, more_needed
+from ..appearance.figures import OFF_SURFACE, Figure, circle, pairs, triangles
+from ..appearance.handles import SizeHandle
+from ..appearance.housing import Housing, Point, lying, pad
+from ..appearance.recorded import RecordedSensor
 from ..explain.nearby import surroundings
-from ..explain.recorded import RecordedSensor
 from ..scene.lengths import UNITS, lengths_of
 from ..scene.sensors import Sensor
-from ..view.appearance import Appearance
-from ..view.handles import SizeHandle
-from ..view.overlay.figures import OFF_SURFACE, Figure, circle, pairs, triangles
 from ..view.panel_parts import draw_lines, draw_row
 from ..view.readings import ReadingText
 

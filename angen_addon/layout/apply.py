@@ -11,12 +11,12 @@ import bpy
 import numpy as np
 from mathutils import Euler, Matrix, Quaternion, Vector
 
-from ...sensor_logic.error import explained
 from ...sensor_logic.kinds import NO_KIND
 from ...sensor_logic.layout.entries import Layout, LayoutEntry, read_layout
+from ...sensor_logic.logs.error import explained
+from ...sensor_logic.logs.wording import named
 from ...sensor_logic.parameters import former_text
-from ...sensor_logic.wording import named
-from ..authoring.housing import Housing, housing_mesh
+from ..appearance.housing import Housing, housing_mesh
 from ..authoring.of_kind import housing_of
 from ..runtime.time_base import evaluated_depsgraph
 from ..scene.instances import chain, is_sensor

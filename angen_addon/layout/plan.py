@@ -12,14 +12,13 @@ import bpy
 import numpy as np
 from mathutils import Matrix, Vector
 
-from ...sensor_logic.error import InputError, explained
 from ...sensor_logic.kind import Kind
 from ...sensor_logic.kinds import KINDS, NO_KIND
 from ...sensor_logic.layout.entries import Layout, LayoutEntry
+from ...sensor_logic.logs.error import InputError, explained
+from ...sensor_logic.logs.wording import hint, named
 from ...sensor_logic.model import Array, pose_from_matrix
 from ...sensor_logic.parameters import specs
-from ...sensor_logic.wording import hint, named
-from ..output.describe import describe
 from ..scene.animation import is_animated, motion_paths
 from ..scene.instances import is_holder
 from ..scene.sensors import (
@@ -31,6 +30,7 @@ from ..scene.sensors import (
     pointed_at,
     unit_scale,
 )
+from .describe import describe
 
 # Tolerances of a pose. The place: relative to its distance from the origin, or to 1 m if nearer,
 # for single precision. The axes: in radians.

@@ -11,9 +11,9 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from ...sensor_logic.error import InputError
-from ...sensor_logic.faults import FaultPlan, make_faults, read_plan, truth_csv
-from ...sensor_logic.formats import Log
+from ...sensor_logic.logs.error import InputError
+from ...sensor_logic.logs.faults import FaultPlan, make_faults, read_plan, truth_csv
+from ...sensor_logic.logs.formats import Log
 
 
 def add_options(parser: Any, path: Any) -> None:

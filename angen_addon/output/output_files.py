@@ -18,11 +18,11 @@ from typing import Any, BinaryIO
 
 import bpy
 
-from ...sensor_logic.error import AngenError, InputError, explained
-from ...sensor_logic.files import Content, WholeFiles, check_folder
-from ...sensor_logic.formats import FORMATS, Log
-from ...sensor_logic.formats.log import DEFAULT_START
-from ...sensor_logic.formats.outputs import check_out, output_files
+from ...sensor_logic.logs.error import AngenError, InputError, explained
+from ...sensor_logic.logs.files import Content, WholeFiles, check_folder
+from ...sensor_logic.logs.formats import FORMATS, Log
+from ...sensor_logic.logs.formats.log import DEFAULT_START
+from ...sensor_logic.logs.formats.outputs import check_out, output_files
 
 
 def check_outputs(

@@ -10,8 +10,8 @@ from typing import Any
 
 import bpy
 
-from ...sensor_logic.error import InputError
 from ...sensor_logic.kind import LIGHT
+from ...sensor_logic.logs.error import InputError
 from ...sensor_logic.parameters import defaults, format_quantity, is_chosen, specs, value_text
 from ...sensor_logic.recording.tracks import Recording
 from ...sensor_logic.report import page

@@ -14,12 +14,12 @@ from typing import Any
 
 import bpy
 
-from ...sensor_logic.formats.log import DEFAULT_START, Log, SensorFacts
-from ...sensor_logic.formats.source import make_log
-from ...sensor_logic.log import events
+from ...sensor_logic.logs.formats.log import DEFAULT_START, Log, SensorFacts
+from ...sensor_logic.logs.formats.source import make_log
+from ...sensor_logic.recording.events import events, samples_of
 from ...sensor_logic.recording.tracks import Recording
+from ..layout.describe import parameters_of
 from ..scene.sensors import Sensor
-from .describe import parameters_of
 from .version import extension_version
 
 
@@ -31,9 +31,8 @@ def log_of_run(
     `sensors` are the recorded sensors. `start` is the date and time of t = 0.
     """
     facts = {s.name: sensor_facts(s) for s in sensors}
-    return make_log(
-        events(recording), facts, start or DEFAULT_START, about=about(scene), samples=recording
-    )
+    begin, texts, samples = start or DEFAULT_START, about(scene), samples_of(recording)
+    return make_log(events(recording), facts, begin, about=texts, samples=samples)
 
 
 def sensor_facts(sensor: Sensor) -> SensorFacts:

@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...sensor_logic.coverage.grid import NO_ROOM
-from ...sensor_logic.error import AngenError
+from ...sensor_logic.logs.error import AngenError
 from ...sensor_logic.model import Array
-from ..progress import Steps
-from ..scene.evaluated_home import EvaluatedHome
-from ..scene.floor import (
+from ...sensor_logic.progress import Steps
+from ..scene.home.evaluated_home import EvaluatedHome
+from ..scene.home.floor import (
     CASTS_AT_ONCE,
     OVER_M,
     Grid,
@@ -23,7 +23,7 @@ from ..scene.floor import (
     free_ways,
     passable,
 )
-from ..scene.rooms import Mask, Volume, room_at
+from ..scene.home.rooms import Mask, Volume, room_at
 from ..scene.sensors import Sensor
 from .storeys import group_by_storey, sensor_in_plan
 

@@ -16,12 +16,12 @@ from mathutils.geometry import convex_hull_2d
 from ...sensor_logic.model import Array
 from ...sensor_logic.report.facts import PlanShape, PlanStorey, SensorInPlan
 from ...sensor_logic.report.sections import Line, cut, from_above
-from ..kinds import appearance_of
+from ..appearance.appearance import appearance_of
 from ..runtime.running import running
 from ..runtime.sensor_runner import all_rays
 from ..runtime.time_base import clock_of, evaluated_depsgraph
 from ..runtime.trace import SensorRays
-from ..scene.evaluated_home import EvaluatedHome, SolidSurface
+from ..scene.home.evaluated_home import EvaluatedHome, SolidSurface
 from ..scene.instances import Uid
 from ..scene.sensors import Sensor
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import bpy
 
-from ...sensor_logic.wording import listed
+from ...sensor_logic.logs.wording import listed
 from ..scene.animation import is_off_keys
 from ..scene.facts import FACTS_VERSION
 from ..scene.sensors import Sensor, all_sensors

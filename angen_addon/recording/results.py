@@ -24,7 +24,7 @@ CLEARED = -1
 FOLLOWED: list[type[FollowedResult]] = [FollowedMap]
 
 
-class Results:
+class SceneResults:
     """The recordings and other results of the scenes of the file.
 
     Attributes
@@ -173,6 +173,6 @@ def _bytes_of(recordings: Iterable[StoredRecording]) -> int:
     return sum(t.nbytes for kept in recordings for t in kept.recording.tracks.values())
 
 
-RESULTS = Results()
+RESULTS = SceneResults()
 memory.forgets_at_undo(RESULTS.doubt)
 memory.forgets_at_load(RESULTS.clear)

@@ -15,7 +15,7 @@ from typing import Any
 
 import bpy
 
-from ...sensor_logic.error import AngenError, replaced
+from ...sensor_logic.logs.error import AngenError, replaced
 from ...sensor_logic.recording.file import VALUES, from_bytes, size_of, to_bytes
 from ..scene.sensors import Sensor, all_sensors
 from .fingerprint import Fingerprint

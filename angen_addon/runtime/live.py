@@ -13,10 +13,10 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from ...sensor_logic.clock import Clock
-from ...sensor_logic.error import AngenError
-from ...sensor_logic.kind import Field
+from ...sensor_logic.logs.error import AngenError
+from ...sensor_logic.logs.fields import Field
 from ...sensor_logic.model import Reading
-from ..progress import Doing, Work, finished
+from ...sensor_logic.progress import Doing, Work, finished
 from ..scene import memory, outputs
 from ..scene.instances import Uid
 from ..scene.light.probe import LightRequest

@@ -10,7 +10,8 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from ...sensor_logic.kind import LIGHT, Field
+from ...sensor_logic.kind import LIGHT
+from ...sensor_logic.logs.fields import Field
 from ...sensor_logic.model import Reading
 from ...sensor_logic.recording.tracks import Recording
 from ..recording.results import RESULTS

@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...sensor_logic.clock import Clock, Schedule
-from ...sensor_logic.error import AngenError, explained
 from ...sensor_logic.geometry.sweep import RayCrossings
 from ...sensor_logic.kind import CROSSINGS, FORCES, LIGHT, POSES, RAYS
+from ...sensor_logic.logs.error import AngenError, explained
 from ...sensor_logic.model import (
     Answers,
     Array,
@@ -444,10 +444,6 @@ class SensorRunner:
     def senses_between(self) -> bool:
         """Whether the sensor may also sense at steps between its updates."""
         return self.watches or self._steps_before > 0
-
-    def is_integrated(self, step: int, update: int) -> bool:
-        """Return whether the sensor integrates over a step, at the update at the step `update`."""
-        return update - step <= self._steps_before
 
     def is_watched(self, steps: Any) -> Any:
         """Return whether the sensor also senses at steps (n,) if it publishes at none of them."""

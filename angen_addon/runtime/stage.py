@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...sensor_logic.clock import Clock
-from ...sensor_logic.error import AngenError
 from ...sensor_logic.kind import CROSSINGS, FORCES, RAYS
+from ...sensor_logic.logs.error import AngenError
 from ...sensor_logic.model import Index
 from ..scene.animation import all_animated, may_set
 from ..scene.surfaces import SURFACES

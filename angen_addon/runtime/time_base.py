@@ -9,8 +9,8 @@ from typing import Any
 import bpy
 
 from ...sensor_logic.clock import Clock
-from ...sensor_logic.error import InputError, explained
-from ...sensor_logic.log import format_frame, iso_time, parse_start
+from ...sensor_logic.logs.error import InputError, explained
+from ...sensor_logic.logs.log import format_frame, iso_time, parse_start
 
 
 def clock_of(scene: Any) -> Clock:

@@ -12,7 +12,7 @@ from typing import Any
 
 from mathutils import Euler, Matrix, Quaternion, Vector
 
-from ...sensor_logic.error import AngenError
+from ...sensor_logic.logs.error import AngenError
 from .animation import curves
 
 # A leaf is upright if the cosine of its height's angle to Z is at least this.

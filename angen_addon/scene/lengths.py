@@ -15,8 +15,8 @@ import bpy
 from bpy.props import FloatProperty
 from bpy.types import PropertyGroup
 
+from ...sensor_logic.logs.wording import METRES, Lengths
 from ...sensor_logic.parameters import READING
-from ...sensor_logic.wording import METRES, Lengths
 from .sensors import unit_scale
 
 # By the identifiers of a scene's length unit in Blender.

@@ -14,12 +14,13 @@ import bpy
 from mathutils import Matrix
 
 from ...sensor_logic.choice import SensorChoice
-from ...sensor_logic.error import AngenError, explained
-from ...sensor_logic.kind import Field, Kind
+from ...sensor_logic.kind import Kind
 from ...sensor_logic.kinds import KINDS
+from ...sensor_logic.logs.error import AngenError, explained
+from ...sensor_logic.logs.fields import Field
+from ...sensor_logic.logs.wording import METRES, Lengths
 from ...sensor_logic.model import Pose, pose_from_matrix
 from ...sensor_logic.parameters import Parameters, specs
-from ...sensor_logic.wording import METRES, Lengths
 from .animation import is_animated, motion_paths
 from .instances import (
     Holders,

@@ -19,14 +19,14 @@ from bpy.types import Context, Event, Gizmo, GizmoGroup
 from bpy_extras.view3d_utils import location_3d_to_region_2d
 from mathutils import Matrix, Vector
 
-from ...sensor_logic.error import AngenError, explained
+from ...sensor_logic.logs.error import AngenError, explained
 from ...sensor_logic.model import Array, Pose, pose_from_matrix
-from ..kinds import appearance_of
+from ..appearance.appearance import appearance_of
+from ..appearance.handles import Handle, SizeHandle
 from ..runtime.running import is_running
 from ..scene.lengths import lengths_of
 from ..scene.sensors import Sensor, unit_scale
 from .active import active_sensor
-from .handles import Handle, SizeHandle
 
 # The greatest number of handles of a kind.
 MOST = 6

@@ -8,8 +8,8 @@ from typing import Any
 
 import bpy
 
-from ...sensor_logic.wording import capital
-from .. import progress
+from ...sensor_logic import progress
+from ...sensor_logic.logs.wording import capital
 from ..scene.lengths import SPEED, in_units, with_unit
 from ..scene.sensors import unit_scale
 

@@ -9,11 +9,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-from ...sensor_logic.kind import Field, Kind
+from ...sensor_logic import progress
+from ...sensor_logic.kind import Kind
+from ...sensor_logic.logs.fields import Field
+from ...sensor_logic.logs.wording import NOTHING, capital
 from ...sensor_logic.model import NOT_YET, Reading
 from ...sensor_logic.physics import waiting
-from ...sensor_logic.wording import NOTHING, capital
-from .. import progress
 from ..runtime import playhead
 from ..runtime.edits import EDITS
 from ..runtime.live import LIGHT_AT_REST, LIGHT_BEFORE

@@ -7,9 +7,8 @@ Needs the package (`pip install .`). LOG is what `angen learn` reads. Each day o
 out once, with others: habits are learnt from the rest, and days are drawn from the routine as its
 text is read back. The table compares all drawn days with all days of the log, for each label that
 is in it often enough: the distance of Kolmogorov and Smirnov of starts, durations and times a day.
-Beside
-it stands the distance of one half of the real days from the other half, on average: by chance.
-Times are rounded to minutes, as in many logs. Days are from 04:00 to 04:00.
+Beside it stands the distance of one half of the real days from the other half, on average: by
+chance. Times are rounded to minutes, as in many logs. Days are from 04:00 to 04:00.
 """
 
 from __future__ import annotations
@@ -25,9 +24,9 @@ try:
     from angen_sensors.residents.routine.routine import Person
     from angen_sensors.residents.routine.text import routine_text
     from angen_sensors.residents.routine.timetable import OTHER
-    from angen_sensors.sensor_logic.compare import ks_distance
-    from angen_sensors.sensor_logic.error import AngenError, InputError
-    from angen_sensors.sensor_logic.formats import activities
+    from angen_sensors.sensor_logic.logs.comparison.compare import ks_distance
+    from angen_sensors.sensor_logic.logs.error import AngenError, InputError
+    from angen_sensors.sensor_logic.logs.formats import activities
 except ModuleNotFoundError as error:
     raise SystemExit(
         f"learnt_days: {error}: run `pip install .` in the repository's folder"

@@ -18,8 +18,8 @@ from pathlib import Path
 
 try:
     import numpy as np
-    from angen_sensors.sensor_logic import compare
-    from angen_sensors.sensor_logic.formats.source import InputError
+    from angen_sensors.sensor_logic.logs.comparison import compare
+    from angen_sensors.sensor_logic.logs.formats.source import InputError
 except ModuleNotFoundError as error:
     raise SystemExit(
         f"like_real_homes: {error}: run `pip install .` in the repository's folder"

@@ -13,18 +13,18 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TypeVar
 
-from ...angen_addon.progress import Doing, Work, finished
-from ...sensor_logic.error import InputError
-from ...sensor_logic.toml_table import suggestion
+from ...sensor_logic.logs.error import InputError
+from ...sensor_logic.logs.toml_table import suggestion
+from ...sensor_logic.progress import Doing, Work, finished
 from ..body.skeleton import Build
 from ..routine.routine import DAY, Routine, Segment
 from ..routine.timetable import OTHER, Draws, Stream
+from .activity_steps import ActivitySteps, check_can_do, read_activities
 from .floor_map import FloorMap
 from .home_in_use import HomeInUse
 from .performer import Performer
-from .places import Place, Places
+from .places import Places
 from .timeline import AWAY, STANDING, Acted, ActedActivity, Stay, Wait
-from .words import ActivitySteps, check_can_do, read_activities
 
 # How long the activity at the end of the day is acted past midnight, s.
 AFTER = 60.0
@@ -93,17 +93,17 @@ def acting(
     home = HomeInUse(places, floor_map or FloorMap(places), users=users)
     plans = {person: _segments_of_day(segments, person, day, draws) for person in residents}
     _restore_home(home, segments, activities, plans, day)
-    left = home.state()
+    initial = home.state()
     people: list[Performer] = []
     for person, build in residents.items():
         begun = min((s.start for s, _ in plans[person]), default=0.0)
         performer = Performer(person, build, home, begun, activities)
         _put_at_start(performer, segments, day)
-        home.people.append(performer)
+        home.traffic.people.append(performer.actor)
         people.append(performer)
-    first = min((performer.now for performer in people), default=0.0)
-    yield from _run_all([(performer, plans[performer.name]) for performer in people])
-    home.record_initial_state(left, first)
+    first = min((performer.actor.now for performer in people), default=0.0)
+    yield from _run_all([(performer, plans[performer.actor.name]) for performer in people])
+    home.record_initial_state(initial, first)
     return _collect_acted(home, people)
 
 
@@ -204,8 +204,8 @@ def _put_at_start(performer: Performer, segments: Sequence[Segment], day: int) -
     If no earlier segment ends at a place, use the first later one that does. Without such a
     segment, the person stands at the first free place that a step names.
     """
-    mine = [s for s in segments if s.person == performer.name]
-    count = len(_earlier_segments(segments, performer.name, day))
+    mine = [s for s in segments if s.person == performer.actor.name]
+    count = len(_earlier_segments(segments, performer.actor.name, day))
     known = performer.home.places.places
     for number, segment in enumerate([*mine[:count][::-1], *mine[count:]]):
         activity_steps = performer.activities.get(segment.activity)
@@ -218,22 +218,17 @@ def _put_at_start(performer: Performer, segments: Sequence[Segment], day: int) -
         if place is None and number >= count:
             named = (known[step.name] for step in activity_steps.all_steps if step.name in known)
             place, posture = next(named, None), STANDING
-        if place is not None and _is_free(performer, place):
+        if place is not None and performer.is_free(place):
             performer.start_at(place, posture or STANDING)
             return
     for place in known.values():
-        if _is_free(performer, place):
+        if performer.is_free(place):
             performer.start_at(place, STANDING)
             return
     raise InputError(
-        f"no marked place is free for {performer.name!r} at midnight; mark one more "
+        f"no marked place is free for {performer.actor.name!r} at midnight; mark one more "
         "place, such as a bed"
     )
-
-
-def _is_free(performer: Performer, place: Place) -> bool:
-    own = performer.home.place_for(place, performer.name)
-    return performer.home.is_free(performer.key(own), performer)
 
 
 # All persons together.
@@ -245,7 +240,7 @@ def _run_all(people: list[tuple[Performer, list[tuple[Segment, Stream]]]]) -> Wo
     Of persons with the same time, the first in the list is advanced. Yield the progress, 0 to 1.
     """
     lives = [performer.live(plan) for performer, plan in people]
-    queue = [(performer.now, number) for number, (performer, _) in enumerate(people)]
+    queue = [(performer.actor.now, number) for number, (performer, _) in enumerate(people)]
     heapq.heapify(queue)
     while queue:
         now, number = heapq.heappop(queue)
@@ -254,7 +249,7 @@ def _run_all(people: list[tuple[Performer, list[tuple[Segment, Stream]]]]) -> Wo
             # The activity under way at midnight goes on for a while.
             if now < DAY + AFTER:
                 next(lives[number])
-                heapq.heappush(queue, (people[number][0].now, number))
+                heapq.heappush(queue, (people[number][0].actor.now, number))
         except StopIteration:
             continue
     for performer, _ in people:
@@ -263,7 +258,7 @@ def _run_all(people: list[tuple[Performer, list[tuple[Segment, Stream]]]]) -> Wo
 
 def _collect_acted(home: HomeInUse, people: list[Performer]) -> Acted:
     """Return the motion of all persons, the changes of the home, and what was done."""
-    stays = [stay for performer in people for stay in performer.stays]
+    stays = [stay for performer in people for stay in performer.actor.stays]
     done = [
         _with_main_place(one, stays, performer.activities.get(one.activity))
         for performer in people
@@ -274,7 +269,7 @@ def _collect_acted(home: HomeInUse, people: list[Performer]) -> Acted:
     for holds in home.holds.values():
         holds.sort(key=lambda hold: hold.start)
     return Acted(
-        {performer.name: performer.timeline for performer in people},
+        {performer.actor.name: performer.actor.body.timeline for performer in people},
         home.swings,
         sorted(home.switches, key=lambda switch: switch.time),
         home.holds,
@@ -285,9 +280,9 @@ def _collect_acted(home: HomeInUse, people: list[Performer]) -> Acted:
     )
 
 
-def _cut_to_day(found: list[T]) -> list[T]:
+def _cut_to_day(entries: list[T]) -> list[T]:
     """Return the entries that overlap the day, cut at both midnights."""
-    inside = [one for one in found if one.end > 0.0 and one.start < DAY]
+    inside = [one for one in entries if one.end > 0.0 and one.start < DAY]
     return [replace(one, start=max(one.start, 0.0), end=min(one.end, DAY)) for one in inside]
 
 

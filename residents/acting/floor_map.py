@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Paths through a home, and the doors to open on the way.
+"""The map of a home's floors: regions, doors, and the paths between them.
 
 Shut doors divide the floor of a storey into regions. A path leads from region to region through
 doors. A side of a door is +1 or −1, as `Door.side` returns it.

@@ -1,68 +1,26 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The state of a home during a day: open doors, lamps, carried objects and people.
+"""The state of a home during a day: open doors, lamps, carried objects and reserved places.
 
-People reserve places, so that no two of them use the same one. They also check their paths, so that
-they do not walk through each other.
+People reserve places, so that no two of them use the same one.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Protocol
 
 import numpy as np
 
 from ...sensor_logic.model import Array
+from .actor import Actor
 from .floor_map import FloorMap
 from .places import DOOR, Door, Place, Places
-from .timeline import LYING, SITTING, Gesture, Hold, LeafSwing, Switch, Wait
+from .timeline import Gesture, Hold, LeafSwing, Switch, Wait
+from .traffic import Traffic
 
 # Rooms whose name contains one of these are for one person at a time.
 _PRIVATE = ("bath", "toilet", "wc", "shower")
-# Least distances between the middles of two people, and of a person and a swinging leaf, m. People
-# at two places less than AT_PLACE, but more than SAME_PLACE apart are no obstacle to each other.
-APART, FROM_LEAF, AT_PLACE, SAME_PLACE = 0.42, 0.27, 0.6, 0.3
-
-
-class Occupant(Protocol):
-    """A person or cat in the home, as the other people see it."""
-
-    name: str
-    now: float
-    place: str  # name of the present place, empty on the way
-    posture: str
-    is_ignored: bool  # no obstacle to others: away, or a cat
-    since: float  # time of the last arrival
-    wanted_path: Array | None  # the blocked path (n, 2) of a person who waits for it
-    waiting_since: float  # start of that waiting
-    is_cornered: bool  # has no room to step aside
-
-    def positions_at(self, times: Array) -> Array:
-        """Return the body's positions (n, 2) at times (n,)."""
-
-
-@dataclass(frozen=True, eq=False)
-class Clash:
-    """A person who is in the way of another person.
-
-    Attributes
-    ----------
-    at : array, shape (2,)
-        The point at which the person is in the way, m.
-    since, until : float
-        The person is there from `since` until at least `until`, s.
-    who : Occupant
-        The person in the way.
-    """
-
-    at: Array
-    since: float
-    until: float
-    who: Occupant
-
-    def is_standing_at(self, time: float) -> bool:
-        """Return whether the person in the way stands still at a time, s."""
-        return self.since <= time
+# Least distance between a person and a swinging leaf, m.
+FROM_LEAF = 0.27
 
 
 @dataclass(eq=False)
@@ -83,8 +41,8 @@ class HomeInUse:
         The place of each carried object.
     swings, switches, holds, sips
         The changes so far, as in `Acted`.
-    people : list of Occupant
-        The persons and cats.
+    traffic : Traffic
+        The persons and cats, and who is in whose way.
     users : dict of str to list of str
         The persons whose activities use each place, by its name.
     waits
@@ -100,12 +58,12 @@ class HomeInUse:
     switches: list[Switch] = field(default_factory=list)
     holds: dict[str, list[Hold]] = field(default_factory=dict)
     sips: dict[str, list[Gesture]] = field(default_factory=dict)
-    people: list[Occupant] = field(default_factory=list)
+    traffic: Traffic = field(default_factory=Traffic)
     users: dict[str, list[str]] = field(default_factory=dict)
     waits: list[Wait] = field(default_factory=list)
-    _reserved: dict[str, Occupant] = field(default_factory=dict)
+    _reserved: dict[str, Actor] = field(default_factory=dict)
     _free_from: dict[str, float] = field(default_factory=dict)
-    _busy: dict[str, tuple[Occupant, float]] = field(default_factory=dict)
+    _busy: dict[str, tuple[Actor, float]] = field(default_factory=dict)
 
     # Doors, lamps and things.
 
@@ -117,9 +75,9 @@ class HomeInUse:
         """Return whether a door leaf is at least a little open."""
         return abs(self.opening(door) - door.closed) > 0.02
 
-    def stands_open(self, door: Door, occupant: Occupant) -> bool:
+    def stands_open(self, door: Door, person: Actor) -> bool:
         """Return whether a door is open and no other person is using it."""
-        return self.is_open(door) and not self._is_busy(door, occupant)
+        return self.is_open(door) and not self._is_busy(door, person)
 
     def open_doors(self, storey: int) -> dict[str, float]:
         """Return the openings of a storey's open doors, by name."""
@@ -145,20 +103,20 @@ class HomeInUse:
         return dict(self.lamps), dict(self.openings), dict(self.things)
 
     def record_initial_state(
-        self, left: tuple[dict[str, bool], dict[str, float], dict[str, str]], first: float
+        self, initial: tuple[dict[str, bool], dict[str, float], dict[str, str]], begins: float
     ) -> None:
-        """Record the state `left`, a result of `state`, as the state at the start of the day.
+        """Record `initial`, a result of `state`, as the state at the start of the day.
 
-        The record has changes without a person, just before the time `first` (s).
+        The record has changes without a person, just before the time `begins` (s).
         """
-        lamps, openings, things = left
-        self.switches += [Switch(first - 1.0, lamp, on, "") for lamp, on in lamps.items()]
+        lamps, openings, things = initial
+        self.switches += [Switch(begins - 1.0, lamp, on, "") for lamp, on in lamps.items()]
         for name, opening in openings.items():
-            resting = LeafSwing(first - 2.0, first - 1.0, opening, opening, "")
+            resting = LeafSwing(begins - 2.0, begins - 1.0, opening, opening, "")
             self.swings[name] = [resting, *self.swings.get(name, [])]
         for name, place in things.items():
             at = self.put_position(name, self.places.places[place])
-            self.holds[name] = [Hold(first - 2.0, None, at), *self.holds.get(name, [])]
+            self.holds[name] = [Hold(begins - 2.0, None, at), *self.holds.get(name, [])]
 
     @staticmethod
     def put_position(thing: str, place: Place) -> Array | None:
@@ -196,110 +154,50 @@ class HomeInUse:
             return f"room {place.room}"
         return f"{place.name} side {place.side}" if place.side else place.name
 
-    def is_free(self, key: str, occupant: Occupant) -> bool:
+    def is_free(self, key: str, person: Actor) -> bool:
         """Return whether a person can now reserve `key`, a name from `reservation_key`."""
         holder = self._reserved.get(key)
-        return holder is occupant or (
-            holder is None and self._free_from.get(key, -np.inf) <= occupant.now
+        return holder is person or (
+            holder is None and self._free_from.get(key, -np.inf) <= person.now
         )
 
-    def reserve(self, key: str, occupant: Occupant) -> None:
+    def reserve(self, key: str, person: Actor) -> None:
         """Reserve `key`, a name from `reservation_key`, for a person."""
-        self._reserved[key] = occupant
+        self._reserved[key] = person
 
-    def release(self, key: str, occupant: Occupant) -> None:
+    def release(self, key: str, person: Actor) -> None:
         """End a person's reservation of `key`; do nothing without one.
 
         Others can reserve `key` from this person's time `now` on.
         """
-        if self._reserved.get(key) is occupant:
+        if self._reserved.get(key) is person:
             del self._reserved[key]
-            self._free_from[key] = occupant.now
+            self._free_from[key] = person.now
 
-    def release_all_but(self, key: str, occupant: Occupant) -> None:
+    def release_all_but(self, key: str, person: Actor) -> None:
         """End all reservations of a person except the reservation of `key`."""
-        for other in [k for k, holder in self._reserved.items() if holder is occupant and k != key]:
-            self.release(other, occupant)
+        for other in [k for k, holder in self._reserved.items() if holder is person and k != key]:
+            self.release(other, person)
 
-    def can_move(self, door: Door, occupant: Occupant, patient: bool) -> bool:
+    def can_move(self, door: Door, person: Actor, patient: bool) -> bool:
         """Return whether a person can move a door now.
 
         This is False if somebody else uses the door, or stands where its leaf moves. If `patient`
         is True, it is also False if somebody walks there.
         """
-        if self._is_busy(door, occupant):
+        if self._is_busy(door, person):
             return False
-        now = np.array([occupant.now])
+        now = np.array([person.now])
         return not any(
             (patient or other.place)
-            and self.floor_map.in_swing(door, other.positions_at(now)[0], FROM_LEAF)
-            for other in self._others(occupant)
+            and self.floor_map.in_swing(door, other.body.positions_at(now)[0], FROM_LEAF)
+            for other in self.traffic.others(person)
         )
 
-    def occupy(self, door: Door, occupant: Occupant, until: float) -> None:
+    def occupy(self, door: Door, person: Actor, until: float) -> None:
         """Reserve a door for a person until a time, s, so that others wait."""
-        self._busy[door.name] = occupant, until
+        self._busy[door.name] = person, until
 
-    def _is_busy(self, door: Door, occupant: Occupant) -> bool:
-        holder, until = self._busy.get(door.name, (occupant, 0.0))
-        return holder is not occupant and until > occupant.now
-
-    def longest_waiting(self, occupant: Occupant) -> Occupant | None:
-        """Return the person who waits longest because `occupant` is in the way, or None."""
-        here = occupant.positions_at(np.array([occupant.now]))[0]
-        found = [
-            other
-            for other in self._others(occupant)
-            if other.wanted_path is not None
-            and float(np.hypot(*(other.wanted_path - here).T).min()) < APART
-        ]
-        return min(found, key=lambda other: other.waiting_since, default=None)
-
-    def will_come_near(self, other: Occupant, occupant: Occupant) -> bool:
-        """Return whether another person's path comes near to `occupant` in the next 3.5 s."""
-        times = occupant.now + np.linspace(0.0, 3.5, 8)
-        off = other.positions_at(times) - occupant.positions_at(np.array([occupant.now]))
-        return other.now > occupant.now and float(np.hypot(*off.T).min()) < 2 * APART
-
-    def _others(self, occupant: Occupant) -> list[Occupant]:
-        """Return all people who can be in the way of `occupant`."""
-        return [other for other in self.people if other is not occupant and not other.is_ignored]
-
-    def find_clash(self, occupant: Occupant, path: Array, speed: float) -> Clash | None:
-        """Return the first clash on a path that `occupant` begins to walk now.
-
-        Parameters
-        ----------
-        occupant : Occupant
-            The person who walks.
-        path : array, shape (n, 2)
-            The corner points of the path, m.
-        speed : float
-            The walking speed, m/s.
-
-        Returns
-        -------
-        Clash or None
-            The first person in the way; None if nobody is.
-        """
-        others = self._others(occupant)
-        lengths = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path, axis=0).T))])
-        if occupant.is_ignored or not others or not lengths[-1]:
-            return None
-        along = np.arange(0.0, lengths[-1] + 0.1, 0.1)
-        here = np.column_stack([np.interp(along, lengths, path[:, k]) for k in (0, 1)])
-        times = occupant.now + 0.3 + along / speed
-        for other in others:
-            there = other.positions_at(times)
-            near = np.hypot(*(here - there).T) < APART
-            # People at the next place, or beside the start, are not in the way.
-            ends = (np.hypot(*(there - path[-1]).T) < AT_PLACE) & (
-                np.hypot(*(there - path[-1]).T) > SAME_PLACE
-            )
-            beside = np.hypot(*(there - path[0]).T) < AT_PLACE
-            # People who sit or lie are not on the walkable floor.
-            rests = (other.posture in (SITTING, LYING)) & (times >= other.since)
-            met = np.flatnonzero(near & ~ends & ~beside & ~rests)
-            if len(met):
-                return Clash(there[met[0]], other.since, other.now, other)
-        return None
+    def _is_busy(self, door: Door, person: Actor) -> bool:
+        holder, until = self._busy.get(door.name, (person, 0.0))
+        return holder is not person and until > person.now

@@ -2,7 +2,8 @@
 """Find paths over a floor that are wide enough for a body.
 
 The floor is a grid of free cells. A path is the cheapest one over neighbouring cells (A*), and
-cells near obstacles cost more. Corners that a walker would cut are then removed.
+cells near obstacles cost more. Corners that a walker would cut are then removed, and the others
+rounded.
 """
 
 from __future__ import annotations

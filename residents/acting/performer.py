@@ -12,13 +12,14 @@ from ...sensor_logic.model import Array
 from ..body.skeleton import Build
 from ..routine.routine import DAY, Segment
 from ..routine.timetable import Stream
-from .actor import LOOK
+from .activity_steps import POSTURES, ActivityStep, ActivitySteps, RepeatedSteps
+from .actor import LOOK, Actor
 from .floor_map import Spot
+from .hands import Hands
 from .home_in_use import HomeInUse
 from .navigator import ActivityAbandoned, Navigator, Process
 from .places import Door, Place
 from .timeline import AWAY, LYING, SITTING, STANDING, ActedActivity
-from .words import POSTURES, ActivityStep, ActivitySteps, RepeatedSteps
 
 # Default duration of a step, and duration of a step that comes too late, s.
 USUAL, LATE = 10.0, 5.0
@@ -33,7 +34,7 @@ LEANING = 1.2
 BEFORE = 60.0
 
 
-class Performer(Navigator):
+class Performer:
     """A person who performs activities during a day.
 
     Parameters
@@ -58,27 +59,30 @@ class Performer(Navigator):
         now: float,
         activities: Mapping[str, ActivitySteps],
     ) -> None:
-        super().__init__(name, build, home, now)
-        self.activities = activities
+        self.home, self.activities = home, activities
+        self.actor = Actor(name, build, home.places.storeys, now)
+        self.hands = Hands(self.actor, home)
+        self.navigator = Navigator(self.actor, self.hands, home)
         self.done: list[ActedActivity] = []
         # The present activity and its start.
         self._current: tuple[str, float] | None = None
-        self._out_by: Door | None = None
+        self._exit: Door | None = None  # the door by which the person left
 
     def start_at(self, place: Place, posture: str) -> None:
         """Put the person at a place in a posture, and reserve the place."""
-        place = self.home.place_for(place, self.name)
-        self._key = self.key(place)
-        self.home.reserve(self._key, self)
-        self.rest_at(place, posture)
+        place = self.home.place_for(place, self.actor.name)
+        self.navigator.reserve(place)
+        self.actor.put_at_place(place, posture, self.home.floor_map.floor(place.storey, {}))
 
     def start_away(self) -> None:
         """Put the person outside the home, in front of its first entrance."""
         door = self.home.places.entrances[0]
-        side = self.home.floor_map.inner_side(door, self.radius)
-        spot = self.home.floor_map.spot_or_estimate(door, -side, self.radius)
-        self.place_at(spot.at, spot.yaw, door.storey)
-        self.posture, self.place, self.is_ignored = AWAY, "", True
+        spot, _ = self._spot_outside(door)
+        self.actor.put_away(spot.at, spot.yaw, door.storey)
+
+    def is_free(self, place: Place) -> bool:
+        """Return whether the person can now reserve a place, or the own side of it."""
+        return self.navigator.is_free(self.home.place_for(place, self.actor.name))
 
     # The day.
 
@@ -89,47 +93,48 @@ class Performer(Navigator):
         comes with its random numbers.
         """
         for number, (segment, stream) in enumerate(segments):
-            if number and segment.end <= self.now + LATE:
+            if number and segment.end <= self.actor.now + LATE:
                 continue
-            self.stay_until(segment.start)
+            self.actor.stay_until(segment.start)
             yield
-            if self.now >= DAY:
+            if self.actor.now >= DAY:
                 break
             self._begin_activity(segment.activity)
-            self.until = segment.end
+            self.navigator.deadline = segment.end
             activity_steps = self.activities.get(segment.activity)
             try:
                 if activity_steps is not None:
                     yield from self._perform(activity_steps, segment, stream)
             except ActivityAbandoned:
-                self.end_wait(came=False)
-                self.abandon()
-            self.stay_until(segment.end)
+                self.navigator.abandon()
+            self.actor.stay_until(segment.end)
             yield
 
     def end(self) -> None:
         """End the last activity and the day."""
-        self.end_wait(came=False)
+        self.navigator.end_wait(came=False)
         self._end_activity()
-        self.finish()
+        self.hands.empty()
+        self.actor.end_stay()
+        # Gestures apply in order: a carrying hand must be posed before it reaches.
+        self.actor.body.timeline.gestures.sort(key=lambda gesture: gesture.start)
 
     def _begin_activity(self, activity: str) -> None:
         if self._current is None or self._current[0] != activity:
             self._end_activity()
-            self._current = activity, self.now
+            self._current = activity, self.actor.now
 
     def _end_activity(self) -> None:
-        if self._current is not None and self.now > self._current[1]:
+        if self._current is not None and self.actor.now > self._current[1]:
             activity, start = self._current
-            self.done.append(ActedActivity(start, self.now, self.name, activity, ""))
+            self.done.append(ActedActivity(start, self.actor.now, self.actor.name, activity, ""))
 
     def _perform(self, activity_steps: ActivitySteps, segment: Segment, stream: Stream) -> Process:
         """Perform the steps of an activity; a person who is away comes home first."""
-        self.step = activity_steps.steps[0]
-        if self.posture == AWAY:
+        if self.actor.posture == AWAY:
             if activity_steps.posture == AWAY and len(activity_steps.steps) == 1:
                 return
-            yield from self._come_in()
+            yield from self._come_in(activity_steps.steps[0])
         for number, step in enumerate(activity_steps.steps):
             last = number == len(activity_steps.steps) - 1
             yield from self._perform_step(step, last, stream)
@@ -150,23 +155,23 @@ class Performer(Navigator):
                 time += stream.log_normal(rest, one.varies)
         settled = next((s for s in reversed(activity_steps.steps) if s.word in POSTURES), None)
         for time, number in sorted(times):
-            if time < max(self.now, -BEFORE) or self.posture == AWAY:
+            if time < max(self.actor.now, -BEFORE) or self.actor.posture == AWAY:
                 continue
             if time > DAY:
                 break
-            self.stay_until(time)
+            self.actor.stay_until(time)
             yield
-            posture, place = self.posture, self.place
+            posture, place = self.actor.posture, self.actor.place
             yield from self._burst(activity_steps.meanwhile[number], stream)
-            if settled is not None and (posture, place) != (self.posture, self.place):
+            if settled is not None and (posture, place) != (self.actor.posture, self.actor.place):
                 yield from self._perform_step(settled, True, stream)
 
     def _burst(self, repeated: RepeatedSteps, stream: Stream) -> Process:
         for number in range(stream.geometric(repeated.burst)):
             if number:
-                self.stay_until(self.now + stream.log_normal(*PAUSE))
+                self.actor.stay_until(self.actor.now + stream.log_normal(*PAUSE))
                 yield
-            if self.now >= self.until:
+            if self.actor.now >= self.navigator.deadline:
                 return
             step = repeated.steps[stream.weighted_choice([1.0] * len(repeated.steps))]
             yield from self._perform_step(step, False, stream)
@@ -175,18 +180,17 @@ class Performer(Navigator):
 
     def _perform_step(self, step: ActivityStep, last: bool, stream: Stream) -> Process:
         """Perform one step of an activity; `last` says whether no further step follows."""
-        self.step = step
         if step.word in ("go", "stand at", "use", "sit", "lie"):
-            place = self.home.place_for(self.home.places.places[step.name], self.name)
+            place = self.home.place_for(self.home.places.places[step.name], self.actor.name)
             yield from self._take_posture(step, place)
             lasts = step.lasts
             if lasts is None:
                 lasts = USUAL if step.word == "use" or (not last and step.word != "go") else 0.0
-            lasts = min(lasts, max(self.until - self.now, LATE))
+            lasts = self._cut_to_activity(lasts)
             if step.word == "use":
-                self.work(place.target, lasts, stream)
+                self.hands.work(place.target, lasts, stream)
             else:
-                self.stay_until(self.now + lasts)
+                self.actor.stay_until(self.actor.now + lasts)
         elif step.word == "leave":
             yield from self._leave(step)
         elif step.word in ("open", "close"):
@@ -200,18 +204,23 @@ class Performer(Navigator):
         else:
             self._move_a_little(step, stream)
 
+    def _cut_to_activity(self, seconds: float) -> float:
+        """Return a duration, or the time until the activity ends if that is shorter, s."""
+        return min(seconds, max(self.navigator.deadline - self.actor.now, LATE))
+
     def _move_a_little(self, step: ActivityStep, stream: Stream) -> None:
         """Perform a step that needs no walking: a small movement, a touch or a wait."""
         if step.word == "wait":
-            self.stay_until(self.now + min(step.lasts or 0.0, max(self.until - self.now, LATE)))
+            self.actor.stay_until(self.actor.now + self._cut_to_activity(step.lasts or 0.0))
         elif step.word == "turn over":
-            self.turn_over(
-                [side for side in (0, 1, -1) if side != self.side][stream.weighted_choice([1, 1])]
-            )
+            seated = self.actor.seated
+            now = 0 if seated is None else seated.side
+            others = [side for side in (0, 1, -1) if side != now]
+            self.actor.turn_over(others[stream.weighted_choice([1, 1])])
         elif step.word == "shift":
-            self.shift(min(stream.log_normal(*SIZE), LARGEST))
+            self.actor.shift(min(stream.log_normal(*SIZE), LARGEST))
         elif step.word == "look around":
-            self.look_around(step.lasts or LOOK)
+            self.actor.look_around(step.lasts or LOOK)
         else:
             self._reach(step, self.home.places.places[step.name].target)
 
@@ -219,143 +228,111 @@ class Performer(Navigator):
         """Touch a point (3,); raise `InputError` if it is too far away."""
         off = self._distance_to(point)
         if off > 2 * ARM_WAY:
+            name, place = self.actor.name, self.actor.last_place
             raise step.error(
-                f"it is {off:.1f} m away from {self.name!r} at {self.last_place!r}; add a step "
-                '"go" before it'
+                f'it is {off:.1f} m away from {name!r} at {place!r}; add a step "go" before it'
             )
-        self.touch(point)
+        self.hands.touch(point)
 
     def _take_posture(self, step: ActivityStep, place: Place) -> Process:
         posture = POSTURES[step.word]
-        if (self.place, self.posture) == (place.name, posture):
+        actor = self.actor
+        if (actor.place, actor.posture) == (place.name, posture):
             return
-        if (self.place, self.posture, posture) == (place.name, SITTING, LYING):
-            self.lie(place)
+        if (actor.place, actor.posture, posture) == (place.name, SITTING, LYING):
+            actor.lie(place)
             return
-        yield from self.go_to_place(step, place)
+        yield from self.navigator.go_to_place(step, place)
         if posture != STANDING:
-            self.sit(place)
+            actor.sit(place)
         if posture == LYING:
-            self.stay_until(self.now + 0.4)
-            self.lie(place)
+            actor.stay_until(actor.now + 0.4)
+            actor.lie(place)
 
     def _carry(self, step: ActivityStep) -> Process:
         where = step.at or self.home.things.get(step.name, step.name)
-        if step.word == "take" and step.name in self.hands:
+        if step.word == "take" and step.name in self.hands.held:
             return
-        if step.word == "put" and step.name not in self.hands:
+        if step.word == "put" and step.name not in self.hands.held:
             raise step.error('it is not in the hand; add a step "take" before it')
-        if step.word == "take" and len(self.hands) == 2:
+        if step.word == "take" and len(self.hands.held) == 2:
             raise step.error(
-                f"both hands are full: {', '.join(self.hands)}; add the step `put` before it"
+                f"both hands are full: {', '.join(self.hands.held)}; add the step `put` before it"
             )
         place = self.home.places.places[where]
-        if self._distance_to(place.target) > (LEANING if self.posture == SITTING else ARM_WAY):
-            yield from self.go_to_place(step, place)
+        reach = LEANING if self.actor.posture == SITTING else ARM_WAY
+        if self._distance_to(place.target) > reach:
+            yield from self.navigator.go_to_place(step, place)
         if step.word == "take":
-            self.take(step.name, place.target)
+            self.hands.take(step.name, place.target)
         else:
-            self.put(step.name, place)
+            self.hands.put(step.name, place)
             self.home.things[step.name] = where
 
     def _drink(self, step: ActivityStep) -> Process:
         """Drink from a cup; if it is not in the hand, take it first and put it back afterwards."""
-        held = step.name in self.hands
+        held = step.name in self.hands.held
         if not held:
             yield from self._carry(replace(step, word="take"))
-        self.drink(step.name)
+        self.hands.drink(step.name)
         if not held:
             where = self.home.things.get(step.name, step.name)
             yield from self._carry(replace(step, word="put", at=where))
 
     def _distance_to(self, point: Array) -> float:
         """Return the horizontal distance from the person's hips to a point, m."""
-        return float(np.hypot(*(point[:2] - self.pose.pelvis[0, :2])))
+        return float(np.hypot(*(point[:2] - self.actor.body.pose.pelvis[0, :2])))
 
     def _switch(self, step: ActivityStep) -> Process:
         lamp = self.home.places.lamps[step.name]
         if self.home.lamps.get(lamp.object) is step.on:
             return
         place = self.home.places.places.get(step.name)
-        at = self.now
+        at = self.actor.now
         if place is not None:
             if self._distance_to(lamp.at) > ARM_WAY:
-                yield from self.go_to_place(step, place)
-            at = self.touch(lamp.at)
-        self.home.record_switch(lamp.object, step.on, at, self.name)
+                yield from self.navigator.go_to_place(step, place)
+            at = self.hands.touch(lamp.at)
+        self.home.record_switch(lamp.object, step.on, at, self.actor.name)
 
     def _open_or_close(self, step: ActivityStep) -> Process:
         door = self.home.places.doors[step.name]
         after = door.open if step.word == "open" else door.closed
         if abs(self.home.opening(door) - after) < 0.02:
             return
-        yield from self.wait_for_door(door)
-        spot = self._spot_at(door, step)
-        if spot is not None and float(np.hypot(*(spot.at - self.position))) > 0.3:
-            yield from self.walk_to_point(step, spot.at, spot.yaw, door.storey, self._key)
-        self.move_leaf(door, after)
-        self.home.occupy(door, self, self.now)
-
-    def _spot_at(self, door: Door, step: ActivityStep) -> Spot | None:
-        """Return where the person stands to move a door leaf; raise `InputError` without room."""
-        place = self.home.places.places.get(door.name)
-        if place is not None:
-            return Spot(place.at[:2], place.yaw)
-        floor_map = self.home.floor_map
-        spots = [spot for side in (1.0, -1.0) if (spot := floor_map.spot(door, side, self.radius))]
-        if not spots:
-            raise step.error("there is no room to stand before it")
-        opened = self.home.open_doors(self.storey)
-
-        def trouble(spot: Spot) -> float:
-            between = floor_map.doors_between(
-                self.storey, self.position, spot.at, self.radius, opened
-            )
-            many = 99.0 if between is None else 5.0 * len(between)
-            return many + float(np.hypot(*(spot.at - self.position)))
-
-        return min(spots, key=trouble)
+        yield from self.navigator.go_to_leaf(step, door)
+        self.hands.move_leaf(door, after)
+        self.home.occupy(door, self.actor, self.actor.now)
 
     # Leaving and coming home.
 
     def _leave(self, step: ActivityStep) -> Process:
-        if self.posture == AWAY:
+        actor, navigator = self.actor, self.navigator
+        if actor.posture == AWAY:
             return
-        door, side = self._entrance(step)
-        self.rise()
-        spot = self.home.floor_map.spot_or_estimate(door, side, self.radius)
-        yield from self._fetch_walking_frame()
-        yield from self.walk_to_point(step, spot.at, spot.yaw, door.storey)
-        yield from self.pass_door(door, side)
-        if self._key:
-            self.home.release(self._key, self)
-        self.set_posture(AWAY)
-        self._out_by = door
+        door, side = navigator.planner.nearest_entrance(step)
+        actor.rise()
+        spot = navigator.planner.spot_at_door(door, side)
+        yield from navigator.fetch_walking_frame()
+        yield from navigator.walk_to_point(step, spot.at, spot.yaw, door.storey)
+        yield from navigator.pass_door(step, door, side)
+        navigator.release_place()
+        actor.set_posture(AWAY)
+        self._exit = door
 
-    def _come_in(self) -> Process:
-        door = self._out_by or self.home.places.entrances[0]
-        side = self.home.floor_map.inner_side(door, self.radius)
-        yield from self.wait_for_door(door)
-        spot = self.home.floor_map.spot_or_estimate(door, -side, self.radius)
-        self.place_at(spot.at, spot.yaw, door.storey)
-        self.set_posture(STANDING)
-        yield from self.pass_door(door, -side)
+    def _come_in(self, step: ActivityStep) -> Process:
+        """Come home through the door by which the person left; `step` is what the person then does.
 
-    def _entrance(self, step: ActivityStep) -> tuple[Door, float]:
-        """Return the nearest entrance, and its side (+1 or −1) that is in the home."""
-        floor_map, opened = self.home.floor_map, self.home.open_doors(self.storey)
-        found = []
-        for door in self.home.places.entrances:
-            side = floor_map.inner_side(door, self.radius)
-            spot = floor_map.spot_or_estimate(door, side, self.radius)
-            between = floor_map.doors_between(
-                self.storey, self.position, spot.at, self.radius, opened
-            )
-            if between is not None:
-                found.append(
-                    (len(between), float(np.hypot(*(spot.at - self.position))), door, side)
-                )
-        if not found:
-            raise step.error(f"{self.name!r} cannot reach an entrance from {self.last_place!r}")
-        _, _, door, side = min(found, key=lambda one: one[:2])
-        return door, side
+        A person who was away from the start comes in through the first entrance.
+        """
+        door = self._exit or self.home.places.entrances[0]
+        yield from self.navigator.wait_for_door(step, door)
+        spot, side = self._spot_outside(door)
+        self.actor.put(spot.at, spot.yaw, door.storey)
+        self.actor.set_posture(STANDING)
+        yield from self.navigator.pass_door(step, door, side)
+
+    def _spot_outside(self, door: Door) -> tuple[Spot, float]:
+        """Return where the person stands in front of an entrance, and which side (±1) that is."""
+        outside = -self.navigator.planner.inner_side(door)
+        return self.navigator.planner.spot_at_door(door, outside), outside

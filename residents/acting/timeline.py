@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ...sensor_logic.logs.wording import shown_duration
 from ...sensor_logic.model import Array
-from ...sensor_logic.wording import shown_duration
 from ..body.pose import BodyPose
 from ..body.turns import ease
 
@@ -152,10 +152,10 @@ class Timeline:
         """
         times = np.asarray(times, float)
         ends = np.array([clip.end for clip in self.clips])
-        which = np.minimum(np.searchsorted(ends, times, side="right"), len(ends) - 1)
+        numbers = np.minimum(np.searchsorted(ends, times, side="right"), len(ends) - 1)
         pose: BodyPose | None = None
-        for number in np.unique(which):
-            index = np.flatnonzero(which == number)
+        for number in np.unique(numbers):
+            index = np.flatnonzero(numbers == number)
             part = self.clips[number].at(times[index])
             if pose is None:
                 pose = part.repeated(len(times))

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ...angen_addon.progress import Doing, Work, finished
 from ...sensor_logic.model import Array
+from ...sensor_logic.progress import Doing, Work, finished
 from .path_search import Floor, NoPath, entry, find_path, regions
 from .places import BODY_M, Place, Places
 

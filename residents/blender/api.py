@@ -18,9 +18,9 @@ from ...angen_addon.runtime.simulation import Progress
 from ...angen_addon.runtime.time_base import evaluated_depsgraph
 from ...angen_addon.scene.instances import objects_of
 from ...angen_addon.scene.sensors import Sensor, unit_scale
-from ...sensor_logic.error import AngenError, InputError, explained
-from ...sensor_logic.log import parse_date
-from ...sensor_logic.wording import hint
+from ...sensor_logic.logs.error import AngenError, InputError, explained
+from ...sensor_logic.logs.log import parse_date
+from ...sensor_logic.logs.wording import hint
 from ..acting.places import Place
 from ..acting.timeline import LYING, SITTING, STANDING
 from ..body.skeleton import Sort
@@ -283,7 +283,7 @@ class Home(home.Home):
         """
         found = self._simulated(sensors)
         text = isinstance(routine, str) and "\n" in routine
-        plan = Plan.of(str(routine), "routine") if text else Plan.read(Path(routine))
+        plan = Plan.from_text(str(routine), "routine") if text else Plan.read(Path(routine))
         household = household_of(found, plan, start, seed)
         span = _seconds(between) if between is not None else None
         [day] = run_days(household, [0], between=span)

@@ -14,11 +14,12 @@ import bpy
 import numpy as np
 from mathutils import Vector
 
-from ...angen_addon.explain.recorded import RecordedSensor
-from ...angen_addon.kinds import appearance_of
+from ...angen_addon.appearance.appearance import appearance_of
+from ...angen_addon.appearance.recorded import RecordedSensor
 from ...angen_addon.scene.bearers import candidates
 from ...angen_addon.scene.sensors import Sensor, unit_scale
-from ...sensor_logic.log import Event, NewEvents
+from ...sensor_logic.logs.log import Event
+from ...sensor_logic.recording.events import NewEvents
 from ...sensor_logic.recording.tracks import Recording
 from ..acting.timeline import Acted
 

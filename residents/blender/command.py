@@ -15,9 +15,10 @@ from typing import Any, TextIO
 
 import bpy
 
-from ...angen_addon.commands.console import DONE, FAILED, ProgressText, note
 from ...angen_addon.commands.open_home import open_home, sensors_of
-from ...angen_addon.commands.parser import (
+from ...angen_addon.output.output_files import Outputs, check_not_read
+from ...angen_addon.process.console import DONE, FAILED, ProgressText, note
+from ...angen_addon.process.parser import (
     Verb,
     add_choice,
     argument_type,
@@ -25,14 +26,13 @@ from ...angen_addon.commands.parser import (
     path,
     whole_number,
 )
-from ...angen_addon.output.output_files import Outputs, check_not_read
 from ...angen_addon.runtime.simulation import Progress
 from ...angen_addon.scene.lengths import lengths_of
 from ...angen_addon.scene.sensors import Sensor, chosen, simulated
-from ...sensor_logic.error import InputError
-from ...sensor_logic.formats import FORMATS
-from ...sensor_logic.log import parse_date
-from ...sensor_logic.wording import part_is, percent
+from ...sensor_logic.logs.error import InputError
+from ...sensor_logic.logs.formats import FORMATS
+from ...sensor_logic.logs.log import parse_date
+from ...sensor_logic.logs.wording import part_is, percent
 from ..acting.timeline import Acted
 from ..days.truth import DAY_S
 from . import reachable

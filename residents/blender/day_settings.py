@@ -18,7 +18,7 @@ from bpy.props import (
 from bpy.types import ID, Action, Material, Object, PropertyGroup, Text
 
 from ...angen_addon.relative_path import RELATIVE_PATH
-from ...sensor_logic.formats import FORMATS
+from ...sensor_logic.logs.formats import FORMATS
 
 # Bits of the formats as stored in blend files: never renumber them.
 BITS = {

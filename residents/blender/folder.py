@@ -14,15 +14,15 @@ from typing import Any
 import bpy
 
 from ...angen_addon.authoring.presets import preset_of
-from ...angen_addon.output.describe import parameters_of
+from ...angen_addon.layout.describe import parameters_of
 from ...angen_addon.output.run_log import about, sensor_facts
 from ...angen_addon.runtime.time_base import evaluated_depsgraph
 from ...angen_addon.scene.sensors import Sensor, decimal, unit_scale
-from ...sensor_logic.error import AngenError, explained
-from ...sensor_logic.files import check_folder, file_names, gzipped, write_files
-from ...sensor_logic.formats import FORMATS
-from ...sensor_logic.formats.outputs import check_installed, check_out, output_files
-from ...sensor_logic.formats.source import format_labels
+from ...sensor_logic.logs.error import AngenError, explained
+from ...sensor_logic.logs.files import check_folder, file_names, gzipped, write_files
+from ...sensor_logic.logs.formats import FORMATS
+from ...sensor_logic.logs.formats.outputs import check_installed, check_out, output_files
+from ...sensor_logic.logs.formats.source import format_labels
 from ...sensor_logic.recording.tracks import Track
 from ..days.rows import Day, DayRows, toml
 from ..days.samples import samples_csv
@@ -250,9 +250,9 @@ def _parts(household: HouseholdDays) -> list[str]:
 SHOWN_PARTS = ("start", "seed", "version")
 
 
-def _difference(there: Sequence[str], here: Sequence[str]) -> str:
+def _difference(stored: Sequence[str], current: Sequence[str]) -> str:
     """Return a text that names the parts of a run that differ from those in its folder."""
-    before, now = (dict(line.split(": ", 1) for line in lines) for lines in (there, here))
+    before, now = (dict(line.split(": ", 1) for line in lines) for lines in (stored, current))
     if before.keys() != now.keys():
         # Earlier versions stored only the digest of the run.
         return "its home, routine, start, seed, sensors or version differ"

@@ -14,9 +14,9 @@ from ...angen_addon.recording.fingerprint import Fingerprint, digest, key_of
 from ...angen_addon.recording.followed_map import FollowedResult
 from ...angen_addon.recording.results import FOLLOWED, RESULTS
 from ...angen_addon.scene.facts import part_facts
-from ...sensor_logic.error import InputError
-from ...sensor_logic.files import read_text
-from ...sensor_logic.wording import listed
+from ...sensor_logic.logs.error import InputError
+from ...sensor_logic.logs.files import read_text
+from ...sensor_logic.logs.wording import listed
 
 # Settings of the panel on which the list depends, apart from the routine.
 SETTINGS = ("date", "number", "seed")
@@ -65,7 +65,7 @@ def _mark_of(obj: Any) -> dict[str, str]:
 
 def note_read(scene: Any) -> None:
     """Remember that the day was read with the present settings, in the home as it is now."""
-    scene.angen_day.read_with = json.dumps(_asked(scene))
+    scene.angen_day.read_with = json.dumps(_settings_of(scene))
     note_home(scene)
 
 
@@ -82,7 +82,7 @@ def why_stale(scene: Any) -> str:
     followed = RESULTS.result(scene, FollowedDay)
     if not day.read_with or followed is None:
         return "it was read by an earlier version of Ängen Sensors"
-    was, now = json.loads(day.read_with), _asked(scene)
+    was, now = json.loads(day.read_with), _settings_of(scene)
     changed = [day.bl_rna.properties[name].name for name in now if now[name] != was.get(name)]
     return f"changed since: {listed(changed, 3)}" if changed else followed.stale
 
@@ -94,7 +94,7 @@ def verify(scene: Any) -> None:
         followed.verify(scene, bpy.context.evaluated_depsgraph_get())
 
 
-def _asked(scene: Any) -> dict[str, Any]:
+def _settings_of(scene: Any) -> dict[str, Any]:
     """Return the settings on which the list depends, by the names of the properties."""
     day = scene.angen_day
     return {"routine": _routine(day), **{name: getattr(day, name) for name in SETTINGS}}

@@ -371,7 +371,7 @@ class KeyedStretch:
 
     def _write_local(
         self, obj: Any, at: Array, worlds: list[Matrix], scales: bool = False,
-        over: list[Matrix] | None = None,
+        parents: list[Matrix] | None = None,
     ) -> None:  # fmt: skip
         """Insert keyframes at frames `at` that give an object world matrices.
 
@@ -383,10 +383,10 @@ class KeyedStretch:
             The object, the frames (n,) and the n matrices.
         scales
             Whether to key the scale too, which stays that of the first matrix.
-        over
+        parents
             The n matrices that the parent adds; None if it does not move.
         """
-        undone = [one.inverted_safe() for one in over or [above(obj)] * len(worlds)]
+        undone = [one.inverted_safe() for one in parents or [above(obj)] * len(worlds)]
         parts = [(back @ world).decompose() for back, world in zip(undone, worlds, strict=True)]
         spare = obj.delta_rotation_quaternion.inverted()
         turns = np.array([spare @ part[1] for part in parts])

@@ -10,16 +10,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...angen_addon.commands.console import BAD_INPUT, DONE, note
-from ...angen_addon.commands.parser import Parser, argument_type, path, whole_number
-from ...sensor_logic.error import AngenError, InputError, explained
-from ...sensor_logic.files import read_text, write_files
-from ...sensor_logic.formats import activities
-from ...sensor_logic.formats.activities import SOMEBODY, DoneActivity
-from ...sensor_logic.formats.label_map import read_map
-from ...sensor_logic.formats.outputs import check_apart
-from ...sensor_logic.log import parse_date
-from ...sensor_logic.wording import named, plural
+from ...angen_addon.process.console import BAD_INPUT, DONE, note
+from ...angen_addon.process.parser import Parser, argument_type, path, whole_number
+from ...sensor_logic.logs.error import AngenError, InputError, explained
+from ...sensor_logic.logs.files import read_text, write_files
+from ...sensor_logic.logs.formats import activities
+from ...sensor_logic.logs.formats.activities import SOMEBODY, DoneActivity
+from ...sensor_logic.logs.formats.label_map import read_map
+from ...sensor_logic.logs.formats.outputs import check_apart
+from ...sensor_logic.logs.log import parse_date
+from ...sensor_logic.logs.wording import named, plural
 from ..routine import file
 from ..routine.learn import LivedDays, learn, lived_days
 from ..routine.routine import AWAY, Person, Routine, RoutineActivity

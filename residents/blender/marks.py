@@ -11,16 +11,16 @@ import numpy as np
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, PointerProperty, StringProperty
 from bpy.types import Context, Object
 
-from ...angen_addon.progress import finished
 from ...angen_addon.scene.bearers import candidates
 from ...angen_addon.scene.door_motion import MOTIONS, Leaf, leaves_of, shutting_of
-from ...angen_addon.scene.evaluated_home import EvaluatedHome
-from ...angen_addon.scene.floor import free_ways
+from ...angen_addon.scene.home.evaluated_home import EvaluatedHome
+from ...angen_addon.scene.home.floor import free_ways
 from ...angen_addon.scene.instances import is_holder, objects_of
 from ...angen_addon.scene.lengths import OVERRIDABLE, property_group
 from ...angen_addon.scene.sensors import NotPlaced, known_rooms, placed_matrix, unit_scale
-from ...sensor_logic.error import AngenError
+from ...sensor_logic.logs.error import AngenError
 from ...sensor_logic.model import Array
+from ...sensor_logic.progress import finished
 from ..acting import places as known
 from ..acting.places import CURTAIN, DOOR, DRAWER, LIE, SIT, Door
 from .settings import is_resident

@@ -11,12 +11,12 @@ from typing import Any, TypeVar
 import bpy
 import numpy as np
 
-from ...angen_addon.progress import Doing, Work, finished, part_of, saying
-from ...angen_addon.scene.evaluated_home import EvaluatedHome
+from ...angen_addon.scene.home.evaluated_home import EvaluatedHome
 from ...angen_addon.scene.sensors import assigned_room, is_placed
-from ...sensor_logic.error import AngenError, InputError
+from ...sensor_logic.logs.error import AngenError, InputError
+from ...sensor_logic.logs.wording import named
 from ...sensor_logic.model import Array
-from ...sensor_logic.wording import named
+from ...sensor_logic.progress import Doing, Work, finished, part_of, saying
 from ..acting.places import DOOR, LAMP, MOVED, STAND, Door, LampPlace, Place, Places
 from .lamps import lamp_of
 from .marks import NONE, MarkedObject, door_of, marked
@@ -119,9 +119,9 @@ class HomeMarks:
         """Add the lines of shut doors to the storeys, so that nobody stands on these lines."""
         lines = [(door.storey, door.line(door.closed)) for door in doors if door.use == DOOR]
         self.grounds = [
-            replace(ground, doorways=np.concatenate([np.empty((0, 2)), *of_it]))
+            replace(ground, doorways=np.concatenate([np.empty((0, 2)), *shut]))
             for number, ground in enumerate(self.grounds)
-            for of_it in [[line for storey, line in lines if storey == number]]
+            for shut in [[line for storey, line in lines if storey == number]]
         ]
 
     def _needs_standing_point(self, obj: Any, lamps: dict[str, LampPlace]) -> bool:

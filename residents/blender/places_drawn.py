@@ -15,7 +15,7 @@ from ...angen_addon.runtime.running import is_running
 from ...angen_addon.scene import memory
 from ...angen_addon.scene.sensors import unit_scale
 from ...angen_addon.view.overlay.settings import redraw_views
-from ...sensor_logic.error import AngenError
+from ...sensor_logic.logs.error import AngenError
 from ...sensor_logic.model import Array
 from ..acting.places import CURTAIN, DOOR, LAMP, LIE, SIT, STAND
 from .marks import FACING, NONE, SLIDES, facing_of, leaf_of, marked, opening_angle

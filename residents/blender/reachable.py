@@ -19,12 +19,12 @@ from numpy.typing import NDArray
 from ...angen_addon.doctor import CHECKS
 from ...angen_addon.doctor.building import leaves
 from ...angen_addon.doctor.examined import MOVED_WITHOUT_KEYS, Examined, Found
-from ...angen_addon.progress import Work, finished, part_of
 from ...angen_addon.scene.marks import WAY_MARK
 from ...angen_addon.scene.sensors import unit_scale
-from ...sensor_logic.error import AngenError
+from ...sensor_logic.logs.error import AngenError
+from ...sensor_logic.logs.wording import Lengths, named, plural, quoted, uncapitalized
 from ...sensor_logic.model import Array
-from ...sensor_logic.wording import Lengths, named, plural, quoted, uncapitalized
+from ...sensor_logic.progress import Work, finished, part_of
 from ..acting.places import LAMP, Place, Places
 from ..acting.unreached_places import Unreached, unreached_in_steps
 from .lamps import lamp_of, unswitchable
@@ -204,11 +204,11 @@ def sentence(checked: Checked, lost: list[Unreached], lengths: Lengths) -> str:
     names = named((one.place.name for one in lost), len(lost))
     text = f"{names} cannot be reached from '{nearest.start}': "
     if not len(nearest.way):
-        on = "they are" if several else "it is"
-        return text + f"{on} on another floor, and residents do not climb stairs"
+        all_are = "they are" if several else "it is"
+        return text + f"{all_are} on another floor, and residents do not climb stairs"
     x, y = (lengths.text(float(c)) for c in nearest.nearest)
-    of = quoted(nearest.place.name) if several else "it"
-    text += f"residents get as far as ({x}, {y}), {lengths.text(nearest.short)} short of {of}"
+    goal = quoted(nearest.place.name) if several else "it"
+    text += f"residents get as far as ({x}, {y}), {lengths.text(nearest.short)} short of {goal}"
     between = checked.between.get(nearest.place.name, "")
     return text + (f"; '{between}' is between" if between else "")
 
@@ -286,8 +286,8 @@ def _facts(place: Place, lost: Unreached | None, checked: Checked) -> dict[str, 
 
 
 def _opens(door: Any) -> float:
-    by = door.open - door.closed
-    return float(by) if door.slides else math.degrees(by)
+    opening = door.open - door.closed
+    return float(opening) if door.slides else math.degrees(opening)
 
 
 def _point(at: Array) -> list[float]:

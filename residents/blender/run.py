@@ -18,18 +18,18 @@ import bpy
 import numpy as np
 
 from ...angen_addon.process.standalone import release_memory
-from ...angen_addon.progress import Work, finished
 from ...angen_addon.runtime.simulation import Exchange, Progress, simulate
 from ...angen_addon.runtime.time_base import evaluated_depsgraph
 from ...angen_addon.scene.animation import all_animated
 from ...angen_addon.scene.sensors import Sensor, decimal, is_placed
 from ...sensor_logic.clock import exact
-from ...sensor_logic.error import InputError, explained
-from ...sensor_logic.files import read_text
-from ...sensor_logic.log import Event
+from ...sensor_logic.logs.error import InputError, explained
+from ...sensor_logic.logs.files import read_text
+from ...sensor_logic.logs.log import Event
+from ...sensor_logic.logs.wording import uncapitalized
 from ...sensor_logic.model import Array
+from ...sensor_logic.progress import Work, finished
 from ...sensor_logic.recording.tracks import Recording, Track
-from ...sensor_logic.wording import uncapitalized
 from ..acting import FloorMap, acting
 from ..acting.places import Places
 from ..acting.timeline import Acted
@@ -279,7 +279,7 @@ class Plan:
 
         Raise `InputError` if one of them is invalid.
         """
-        plan = cls.of(read_text(path), path.name, str(path))
+        plan = cls.from_text(read_text(path), path.name, str(path))
         if diary_path is None:
             return plan
         diary_text = read_text(diary_path)
@@ -287,7 +287,7 @@ class Plan:
         return replace(plan, text=plan.text + diary_text, diary=tuple(segments), first=first)
 
     @classmethod
-    def of(cls, text: str, name: str, path: str = "") -> Plan:
+    def from_text(cls, text: str, name: str, path: str = "") -> Plan:
         """Return the plan for a routine's text; raise `InputError` if the text is invalid.
 
         Errors name the file by its `path`, or by `name` if there is no path.

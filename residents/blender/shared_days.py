@@ -21,7 +21,7 @@ from pathlib import Path
 
 import bpy
 
-from ...angen_addon.commands.console import DONE, SIGNALS, leave_hard, note
+from ...angen_addon.process.console import DONE, SIGNALS, leave_hard, note
 from .folder import Folder
 
 # s between two checks of the workers, and until a worker that does not end is killed.
@@ -77,14 +77,14 @@ class SharedDays:
     ----------
     folder
         The folder into which the days are written.
-    left
+    days
         The numbers of the days to simulate.
     workers
         The number of worker processes.
     """
 
-    def __init__(self, folder: Folder, left: Sequence[int], workers: int) -> None:
-        self._folder, self._left, self._count = folder, deque(left), workers
+    def __init__(self, folder: Folder, days: Sequence[int], workers: int) -> None:
+        self._folder, self._pending, self._count = folder, deque(days), workers
         self._workers: list[_Worker] = []
         self._polled = 0.0
 
@@ -99,7 +99,7 @@ class SharedDays:
             )
             self._workers.append(_Worker(process))
         # The first day is this process's own.
-        for worker, day in zip(self._workers, list(self._left)[1:], strict=False):
+        for worker, day in zip(self._workers, list(self._pending)[1:], strict=False):
             self._send_day(worker, day)
         return self
 
@@ -121,8 +121,8 @@ class SharedDays:
         """
         while True:
             self.poll_workers()
-            if self._left:
-                yield self._left.popleft()
+            if self._pending:
+                yield self._pending.popleft()
             elif any(worker.day is not None for worker in self._workers):
                 waiting()
                 time.sleep(POLL_S)
@@ -144,11 +144,11 @@ class SharedDays:
             if status is not None:
                 self._workers.remove(worker)
                 self._take_back_day(worker, status)
-            elif worker.day is None and self._left:
-                self._send_day(worker, self._left[0])
+            elif worker.day is None and self._pending:
+                self._send_day(worker, self._pending[0])
 
     def _send_day(self, worker: _Worker, day: int) -> None:
-        self._left.remove(day)
+        self._pending.remove(day)
         worker.day = day
         assert worker.process.stdin is not None
         with suppress(OSError):
@@ -161,11 +161,11 @@ class SharedDays:
         _close(worker.process)
         if status > 0:
             # The worker has printed its error. No new days begin; those under way are finished.
-            self._left.clear()
+            self._pending.clear()
             return
         text = f"a process of --jobs was ended by the signal {_name_of(-status)}"
         if worker.day is not None:
-            self._left.appendleft(worker.day)
+            self._pending.appendleft(worker.day)
             text += f"; another process simulates {self._folder.date_of(worker.day)} again"
         note(text)
 

@@ -203,8 +203,8 @@ def _note_others(scene: Any, owners: Collection[Any], daylight: Daylight) -> lis
     return found
 
 
-def _note(scene: Any, owner: Any, pointed: Any, found: dict[str, Any]) -> None:
-    """Store a datablock's values `found` and its animation; `pointed` leads to the datablock."""
+def _note(scene: Any, owner: Any, pointed: Any, values: dict[str, Any]) -> None:
+    """Store `values` of a datablock, and its animation; `pointed` leads to the datablock."""
     data = owner.animation_data
     slot = getattr(data, "action_slot", None) if data else None
     stored = scene.angen_day.earlier.add()
@@ -217,7 +217,7 @@ def _note(scene: Any, owner: Any, pointed: Any, found: dict[str, Any]) -> None:
         "slot": slot.handle if slot is not None else 0,
         "use_nla": data.use_nla if data is not None else True,
     }
-    stored.values = json.dumps(found | animation)
+    stored.values = json.dumps(values | animation)
 
 
 def _property_values(part: Any) -> dict[str, Any]:

@@ -18,9 +18,8 @@ from numpy.typing import NDArray
 
 from ...angen_addon.plan.rooms import labels_of, storeys_of
 from ...angen_addon.plan.storeys import GRAIN_M, around, grouped
-from ...angen_addon.progress import Doing, Steps, Work, finished, part_of, saying
-from ...angen_addon.scene.evaluated_home import EvaluatedHome
-from ...angen_addon.scene.floor import (
+from ...angen_addon.scene.home.evaluated_home import EvaluatedHome
+from ...angen_addon.scene.home.floor import (
     MOST_CELLS,
     OVER_M,
     PIT_M,
@@ -31,11 +30,12 @@ from ...angen_addon.scene.floor import (
     free_ways,
     passable,
 )
+from ...angen_addon.scene.home.rooms import Mask, volumes
 from ...angen_addon.scene.rays.solids import Solid
-from ...angen_addon.scene.rooms import Mask, volumes
 from ...angen_addon.scene.sensors import all_sensors, assigned_room
-from ...sensor_logic.error import AngenError, InputError
+from ...sensor_logic.logs.error import AngenError, InputError
 from ...sensor_logic.model import Array
+from ...sensor_logic.progress import Doing, Steps, Work, finished, part_of, saying
 from ..acting.path_search import Floor, regions
 from ..acting.places import BODY_M, CURTAIN, LAMP, LIE, SIT, STAND, Place, Storey
 from .marks import MarkedObject, facing_of, is_living_body

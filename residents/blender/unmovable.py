@@ -13,7 +13,7 @@ from ...angen_addon.doctor.examined import Examined
 from ...angen_addon.scene.animation import LAST_PART, PLACE
 from ...angen_addon.scene.instances import chain
 from ...angen_addon.scene.lengths import lengths_of
-from ...sensor_logic.wording import named
+from ...sensor_logic.logs.wording import named
 from ..acting.places import MOVED
 from .marks import marked
 from .person import body_of

@@ -122,11 +122,11 @@ def _bend_rotation(angles: Array, share: float) -> Array:
     return compose_all(rotation_z(z), rotation_y(y), rotation_x(x))
 
 
-def _add_bone(found: Bones, pose: BodyPose, bone: str, bend: Array, share: float) -> None:
-    """Add a bone to `found`, rotated against its parent by the angles `bend` times `share`."""
-    found.at[bone] = joint(found, pose, bone)
-    found.turn[bone] = compose(
-        found.turn[skeleton_of(pose.build).parent[bone]], _bend_rotation(bend, share)
+def _add_bone(bones: Bones, pose: BodyPose, bone: str, bend: Array, share: float) -> None:
+    """Add a bone to `bones`, rotated against its parent by the angles `bend` times `share`."""
+    bones.at[bone] = joint(bones, pose, bone)
+    bones.turn[bone] = compose(
+        bones.turn[skeleton_of(pose.build).parent[bone]], _bend_rotation(bend, share)
     )
 
 

@@ -142,10 +142,10 @@ def normalised(v: Array) -> Array:
     return result
 
 
-def add_axes(t: ArrayLike, of: Array) -> Array:
-    """Return `t` (n,) with axes of length 1 appended, to broadcast it against `of` (n, …)."""
+def add_axes(t: ArrayLike, values: Array) -> Array:
+    """Return `t` (n,) with axes of length 1 appended, to broadcast it against `values` (n, …)."""
     shares = np.asarray(t, float)
-    return shares.reshape(shares.shape + (1,) * (of.ndim - shares.ndim))
+    return shares.reshape(shares.shape + (1,) * (values.ndim - shares.ndim))
 
 
 def lerp(a: Array, b: Array, t: ArrayLike) -> Array:

@@ -12,9 +12,9 @@ from operator import attrgetter
 from typing import Any
 
 from ...sensor_logic.clock import Clock
-from ...sensor_logic.formats.log import Log, LoggedActivity, SensorFacts
-from ...sensor_logic.formats.source import ACTIVITY_HEADER, DAY_HEADER, make_log
-from ...sensor_logic.log import Event, Value, format_value, to_csv
+from ...sensor_logic.logs.formats.log import Log, LoggedActivity, SensorFacts
+from ...sensor_logic.logs.formats.source import ACTIVITY_HEADER, DAY_HEADER, make_log
+from ...sensor_logic.logs.log import Event, Value, format_value, to_csv
 from ...sensor_logic.model import Array
 from ..routine.timetable import day_number
 from .truth import DAY_S, US, Whereabouts, join_activities

@@ -8,7 +8,8 @@ from datetime import date
 
 import numpy as np
 
-from ...sensor_logic.log import COLUMN, format_value, rows_of, sampled_fields, to_csv
+from ...sensor_logic.logs.log import COLUMN, format_value, rows_of, to_csv
+from ...sensor_logic.recording.events import sampled_fields
 from ...sensor_logic.recording.tracks import Track
 from .truth import DAY_S
 
@@ -31,8 +32,8 @@ def samples_csv(track: Track, on: date, midnight: float) -> Iterator[str]:
     for parts in zip(*(column.parts() for column in columns), strict=True):
         times, *values = (part for _, part in parts)
         passed = np.rint((times - midnight) * 1000.0).astype(np.int64)
-        which = (passed >= 0) & (passed < round(DAY_S * 1000.0))
-        moments = np.datetime64(on, "ms") + passed[which].astype("timedelta64[ms]")
+        in_day = (passed >= 0) & (passed < round(DAY_S * 1000.0))
+        moments = np.datetime64(on, "ms") + passed[in_day].astype("timedelta64[ms]")
         shown: list[Iterable[str]] = [np.datetime_as_string(moments).tolist()]
-        shown += [map(format_value, part[which].tolist()) for part in values]
+        shown += [map(format_value, part[in_day].tolist()) for part in values]
         yield rows_of(zip(*shown, strict=True))

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...sensor_logic.formats.log import LoggedActivity
+from ...sensor_logic.logs.formats.log import LoggedActivity
 from ...sensor_logic.model import Array
 from ..acting.timeline import AWAY, Acted
 
@@ -74,13 +74,15 @@ def activities(
     list of LoggedActivity
         The activities with times in µs, cut at midnight.
     """
-    found, of = [], defaultdict(list)
+    found, stays = [], defaultdict(list)
     for row in where:
-        of[row.person].append(row)
+        stays[row.person].append(row)
     for done in acted.activities:
         start, end = (round(min(max(t, 0.0), DAY_S) * US) for t in (done.start, done.end))
         if start < end:
-            room = room_of(done.place) if done.place else _longest_room(of[done.person], start, end)
+            room = (
+                room_of(done.place) if done.place else _longest_room(stays[done.person], start, end)
+            )
             found.append(LoggedActivity(start, end, done.person, done.activity, room))
     return sorted(found)
 

@@ -15,14 +15,15 @@ import bpy
 from bpy.props import IntProperty, StringProperty
 from bpy.types import Context, Operator
 
-from ...angen_addon.progress import Work, part_of
 from ...angen_addon.runtime import handlers
+from ...angen_addon.scene.memory import forgets_at_load
 from ...angen_addon.scene.sensors import all_sensors, simulated
 from ...operators.long_work import LongWork
 from ...operators.polls import can_read_scene, needs
-from ...sensor_logic.error import InputError, replaced
-from ...sensor_logic.files import read_text
-from ...sensor_logic.wording import named
+from ...sensor_logic.logs.error import InputError, replaced
+from ...sensor_logic.logs.files import read_text
+from ...sensor_logic.logs.wording import named
+from ...sensor_logic.progress import Work, part_of
 from ..acting.places import Places
 from ..acting.timeline import Acted
 from ..blender import shown
@@ -35,6 +36,12 @@ from ..routine.routine import time_of_day
 
 # The last computed day: computing one takes seconds.
 _computed: ComputedDay | None = None
+
+
+@forgets_at_load
+def _forget() -> None:
+    global _computed
+    _computed = None
 
 
 @dataclass(frozen=True)
@@ -71,11 +78,11 @@ def settings_of(scene: Any) -> tuple[Plan, date, int]:
         # Days are acted with the evening before and the midnight after them.
         start - timedelta(2), start + timedelta(settings.number + 2)
     if settings.text is not None:
-        return Plan.of(settings.text.as_string(), settings.text.name), start, settings.seed
+        return Plan.from_text(settings.text.as_string(), settings.text.name), start, settings.seed
     if not settings.routine:
         raise InputError("no routine: choose a routine file, or a text in this file")
     path = Path(bpy.path.abspath(settings.routine))
-    return Plan.of(read_text(path), path.name), start, settings.seed
+    return Plan.from_text(read_text(path), path.name), start, settings.seed
 
 
 def _compute_day(scene: Any, anew: bool) -> Work[ComputedDay]:

@@ -12,13 +12,13 @@ from typing import Any
 import bpy
 from bpy.types import Context, Operator
 
-from ...angen_addon.progress import Doing, Enough, Work, part_of
 from ...angen_addon.scene.sensors import all_sensors, simulated
 from ...operators.long_work import LongWork
 from ...operators.polls import can_read_scene, needs
-from ...sensor_logic.error import AngenError
-from ...sensor_logic.files import check_folder
-from ...sensor_logic.wording import part_is
+from ...sensor_logic.logs.error import AngenError
+from ...sensor_logic.logs.files import check_folder
+from ...sensor_logic.logs.wording import part_is
+from ...sensor_logic.progress import Doing, Enough, Work, part_of
 from ..blender.day_settings import BITS
 from ..blender.folder import Folder, check_dates
 from ..blender.run import HouseholdDays, moved_share, run_days_in_steps

@@ -8,14 +8,14 @@ from bpy.props import EnumProperty
 from bpy.types import Context, Operator
 
 from ...angen_addon.authoring.presets import select_only
-from ...angen_addon.progress import Work
 from ...angen_addon.scene import memory
 from ...angen_addon.scene.lengths import lengths_of
 from ...angen_addon.scene.sensors import unit_scale
 from ...operators.long_work import LongWork
 from ...operators.polls import can_add, is_idle
-from ...sensor_logic.error import AngenError
-from ...sensor_logic.wording import capital
+from ...sensor_logic.logs.error import AngenError
+from ...sensor_logic.logs.wording import capital
+from ...sensor_logic.progress import Work
 from ..acting import places as known
 from ..blender import reachable
 from ..blender.marks import LABELS, NONE, USES, guess

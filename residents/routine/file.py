@@ -8,8 +8,8 @@ from datetime import date, datetime
 from itertools import product
 from typing import Any
 
-from ...sensor_logic.error import InputError
-from ...sensor_logic.toml_table import (
+from ...sensor_logic.logs.error import InputError
+from ...sensor_logic.logs.toml_table import (
     TomlTable,
     calendar_date,
     flag,

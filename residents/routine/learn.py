@@ -20,8 +20,8 @@ from datetime import date, datetime, time, timedelta
 import numpy as np
 import numpy.typing as npt
 
-from ...sensor_logic.error import InputError
-from ...sensor_logic.formats.activities import DoneActivity, gaps, without_overlaps
+from ...sensor_logic.logs.error import InputError
+from ...sensor_logic.logs.formats.activities import DoneActivity, gaps, without_overlaps
 from .routine import (
     DAY,
     NEW_DAY,

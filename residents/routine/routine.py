@@ -179,6 +179,11 @@ class Pastime:
     usual: tuple[float, float] = (0.0, 0.0)
     regular: float = 0.0
 
+    @property
+    def goes_on(self) -> bool:
+        """Whether it goes on over midnight, where other choices begin a date by itself."""
+        return bool(self.after) or self.until is not None
+
     def weight_now(self, last: str, times: int, part: float) -> float:
         """Return the weight at a time.
 

@@ -7,7 +7,7 @@ import json
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from datetime import date, datetime, time, timedelta
 
-from ...sensor_logic.log import to_csv
+from ...sensor_logic.logs.log import to_csv
 from .file import VARIES
 from .routine import (
     DAY,

@@ -20,7 +20,7 @@ from datetime import date, datetime, time, timedelta
 from math import inf
 from statistics import NormalDist
 
-from ...sensor_logic.error import InputError, explained
+from ...sensor_logic.logs.error import InputError, explained
 from .routine import (
     AWAY,
     DAY,
@@ -188,7 +188,7 @@ def _person_segments(
         filling = draws.stream(person.name, day, "filler")
         later = [*points, *(drawn[day + 2] if day + 2 < len(drawn) else ())]
         for number, point in enumerate([*points, None]):
-            # The next entry cuts an activity short, midnight does not.
+            # The next entry cuts an activity short, and midnight if the activity does not go on.
             cut = max(later[number].start, now) if number < len(later) else inf
             until = (day + 1) * DAY if point is None else cut
             while now < until:
@@ -250,9 +250,11 @@ def _draw_filler(
     routine: Routine, person: Person, first: date, day: int, now: float, until: float, cut: float,
     doing: str, times: Counter[tuple[float, str]], stream: Stream,
 ) -> tuple[str, float]:  # fmt: skip
-    """Return an activity that a person does from `now` on, and its end, at most `until`.
+    """Return an activity that a person does from `now` on, and its end.
 
-    A filler draws the activity. Without a filler it is `doing`, the last one; visitors are away.
+    It ends at `until`, the next entry or midnight, or at `cut`, the next entry, if it goes on over
+    midnight. A filler draws the activity. Without a filler it is `doing`, the last one; visitors
+    are away.
     """
     soonest = until
     for filler in routine.fillers:
@@ -276,7 +278,8 @@ def _draw_filler(
                 soonest = min(soonest, ends)
                 continue
             choice = filler.choices[stream.weighted_choice(weights)]
-            return choice.activity, min(_drawn_end(choice, now, stream), cut)
+            latest = cut if choice.goes_on else until
+            return choice.activity, min(_drawn_end(choice, now, stream), latest)
     return (AWAY if person.visitor else doing), soonest
 
 

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..logs.wording import aligned
 from ..model import Array
-from ..wording import aligned
 from .motions import HEADINGS, Motion, Start
 
 # A detector covers a cell if it detects this share of the possible directions of motion.

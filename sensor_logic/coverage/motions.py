@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..error import AngenError
+from ..logs.error import AngenError
 from ..model import Array
 
 # The directions in which bodies start, counter-clockwise from +X.

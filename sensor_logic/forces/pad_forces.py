@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arrays import Array
-from ..wording import percent
+from ..logs.wording import percent
 from .balance import GROUND, Balance, Joint, Load, Points, balance
 from .covered import ALIGNED
 from .directions import FLAT

@@ -11,6 +11,7 @@ import pkgutil
 from importlib import import_module
 
 from ..kind import Kind, OwnerProperties
+from ..logs.fields import LOGGED_KINDS
 
 NO_KIND = "NONE"
 
@@ -34,6 +35,7 @@ def _load_kinds() -> list[Kind]:
 
 
 KINDS: dict[str, Kind] = {kind.identifier: kind for kind in _load_kinds()}
+LOGGED_KINDS.update({identifier: kind.logged for identifier, kind in KINDS.items()})
 
 
 # The properties that kinds need of other objects and of materials, by the type of the owner.

@@ -16,9 +16,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..kind import POSES, Field, Kind, Preset
+from ..logs.wording import METRES, Lengths
 from ..model import Model, Reading, Update
 from ..parameters import Parameters, parameter
-from ..wording import METRES, Lengths
 
 # The blades of a reed close at more ampere turns than they open at. So a reed opens at a larger
 # distance than it closes. Between the two distances it keeps its state.

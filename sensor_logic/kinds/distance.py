@@ -22,9 +22,9 @@ from numpy.typing import ArrayLike, NDArray
 from ..evidence import rows_text
 from ..geometry.pixels import all_cells, pixel_directions
 from ..kind import RAYS, REFLECTANCE, Field, Kind, Preset, parts_with
+from ..logs.wording import METRES, Advice, Lengths
 from ..model import Array, Index, Model, PerPose, Pose, Reading, Update
 from ..parameters import Choice, Parameters, parameter
-from ..wording import METRES, Advice, Lengths
 
 # Parameters of the distance sensor.
 

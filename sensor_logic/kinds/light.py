@@ -19,9 +19,9 @@ from typing import Any
 from .. import physics
 from ..evidence import rows_text
 from ..kind import LIGHT, Field, Kind, Preset
+from ..logs.wording import METRES, Advice, Lengths
 from ..model import LightSample, Model, Reading, Update
 from ..parameters import READING, Choice, FormerChoice, Parameters, parameter
-from ..wording import METRES, Advice, Lengths
 
 # Photoresistor (LDR): its resistance as a function of light, and its response to changes.
 

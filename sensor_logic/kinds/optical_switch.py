@@ -20,9 +20,9 @@ from ..evidence import names_hit
 from ..geometry.sweep import RayCrossings, no_crossings
 from ..geometry.trees import Index
 from ..kind import CROSSINGS, RAYS, Field, Kind, Preset
+from ..logs.wording import METRES, Advice, Lengths
 from ..model import Array, Model, PerPose, Pose, Reading, Readings, Update, Updates
 from ..parameters import Parameters, parameter
-from ..wording import METRES, Advice, Lengths
 
 # The light of a beam between two steps, from the solids that crossed it.
 

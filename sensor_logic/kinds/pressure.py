@@ -23,9 +23,9 @@ import numpy as np
 from .. import physics
 from ..evidence import rows_text
 from ..kind import FORCES, Field, Kind, Preset
+from ..logs.wording import METRES, Lengths, joined, typed
 from ..model import Model, PadContact, Pose, Reading, Update
 from ..parameters import Choice, Parameters, parameter
-from ..wording import METRES, Lengths, joined, typed
 
 # The parameters of a pressure sensor.
 

@@ -14,13 +14,13 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
-from ..error import InputError
-from ..files import read_text
 from ..kind import Kind
 from ..kinds import KINDS
-from ..lines import KeyPath, read_json
+from ..logs.error import InputError
+from ..logs.files import read_text
+from ..logs.lines import KeyPath, read_json
+from ..logs.wording import hint
 from ..parameters import FormerChoice, Spec, defaults, former_choice, specs
-from ..wording import hint
 
 # The key that switches on or off all sensors that the layout does not name.
 OTHERS = "others_enabled"

@@ -20,9 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..clock import Clock
-from ..error import AngenError, replaced
 from ..kind import Kind
 from ..kinds import KINDS
+from ..logs.error import AngenError, replaced
 from ..parameters import defaults
 from .columns import CODES, Column
 from .tracks import PARAMETERS, Recording, Track

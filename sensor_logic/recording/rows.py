@@ -39,18 +39,25 @@ class Rows:
 
         `values` has an array or list (count,) for each column, or None for missing values.
         """
+        if not count:
+            return
         new = np.zeros(count, bool)
-        new[:1] = not self.updates
+        new[0] = not self.updates
         found = {}
         for name, column in self.columns.items():
-            numbers = found[name] = column.as_numbers(values[name], count)
+            # One number stands for all where they are missing.
+            size = 1 if values[name] is None else count
+            numbers = found[name] = column.as_numbers(values[name], size)
             bits = numbers.view(BITS[numbers.itemsize])
-            new |= bits != np.append(self._last.get(name, bits[:1]), bits[:-1])
-            self._last[name] = bits[-1:].copy()
+            new[0] |= self._last.get(name) != bits[0]
+            if size > 1:
+                new[1:] |= bits[1:] != bits[:-1]
+            self._last[name] = bits[-1]
         which = np.flatnonzero(new)
-        self.starts.extend(which + self.updates)
-        for name, column in self.columns.items():
-            column.extend_numbers(found[name][which])
+        if len(which):
+            self.starts.extend(which + self.updates)
+            for name, column in self.columns.items():
+                column.extend_numbers(np.broadcast_to(found[name], count)[which])
         self.updates += count
 
     def value(self, name: str, update: int) -> Any:

@@ -14,8 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..clock import Clock
-from ..kind import Field, Kind
+from ..kind import Kind
 from ..kinds import KINDS
+from ..logs.fields import Field
 from ..model import Reading
 from ..physics import TIME_TOLERANCE_S
 from .columns import Column, EvenSpacing

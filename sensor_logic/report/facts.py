@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..kind import Field
-from ..log import event_rows
+from ..logs.fields import Field
 from ..model import Array
+from ..recording.events import event_rows
 from ..recording.tracks import Recording, Track
 from .sections import Line
 

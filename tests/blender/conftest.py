@@ -248,7 +248,7 @@ class World:
 
     def log(self, recording: Any) -> list[list[str]]:
         """Return the rows of the event log, without the header."""
-        text = part("sensor_logic.log").events_csv(recording)
+        text = part("sensor_logic.recording.events").events_csv(recording)
         return [line.split(",") for line in text.splitlines()[1:]]
 
     def rays(self, obj: Any, number: int = 0) -> tuple[Any, Any, Any]:

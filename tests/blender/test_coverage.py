@@ -9,8 +9,8 @@ import bpy
 import numpy as np
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.coverage.maps import cover
-from bl_ext.user_default.angen_sensors.angen_addon.progress import finished
 from bl_ext.user_default.angen_sensors.sensor_logic.coverage.motions import MOTIONS
+from bl_ext.user_default.angen_sensors.sensor_logic.progress import finished
 from panel_layout import drawn
 from tiers import mostly_slow
 

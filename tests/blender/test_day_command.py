@@ -25,7 +25,7 @@ from bl_ext.user_default.angen_sensors.angen_addon.commands.convert import main 
 from bl_ext.user_default.angen_sensors.residents.blender import shared_days as jobs
 from bl_ext.user_default.angen_sensors.residents.blender.api import Home
 from bl_ext.user_default.angen_sensors.residents.days import rows as rows_of
-from bl_ext.user_default.angen_sensors.sensor_logic.error import AngenError as error
+from bl_ext.user_default.angen_sensors.sensor_logic.logs.error import AngenError as error
 from lived_home import FIRST_DAY, LIVED, ROUTINE, content, rows, words_of, write
 from tiers import mostly_slow
 

@@ -6,7 +6,7 @@ from math import radians
 
 import bpy
 import pytest
-from bl_ext.user_default.angen_sensors.angen_addon.output.describe import describe
+from bl_ext.user_default.angen_sensors.angen_addon.layout.describe import describe
 from bl_ext.user_default.angen_sensors.angen_addon.recording.results import RESULTS
 from bl_ext.user_default.angen_sensors.angen_addon.scene.sensors import AngenError, all_sensors
 

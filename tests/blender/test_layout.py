@@ -10,7 +10,7 @@ import bpy
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.commands.command_line import run_command as run
 from bl_ext.user_default.angen_sensors.angen_addon.layout.apply import apply_layout
-from bl_ext.user_default.angen_sensors.angen_addon.output.describe import describe
+from bl_ext.user_default.angen_sensors.angen_addon.layout.describe import describe
 from mathutils import Quaternion, Vector
 
 DOCS = Path(__file__).resolve().parents[2] / "docs" / "layouts.md"

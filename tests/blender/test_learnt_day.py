@@ -46,7 +46,7 @@ def test_a_learnt_day_is_acted_in_the_sample_home(tmp_path: Path, empty_scene: A
     bpy.ops.wm.open_mainfile(filepath=str(SAMPLES / "angen.blend"), load_ui=False)
     scene = bpy.context.scene
     scene.angen_live = False
-    household = run.Household(scene, [], run.Plan.read(routine), START, 1)
+    household = run.HouseholdDays(scene, [], run.Plan.read(routine), START, 1)
     acted = household.acted(0)
     done = [one.activity for one in acted.activities if 0.0 < one.end < DAY_S]
     assert {"Sleeping", "Eating", "Working"} <= set(done)

@@ -13,7 +13,7 @@ from bl_ext.user_default.angen_sensors.angen_addon.runtime import stage
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.live import known_live
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.running import is_running
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.simulation import simulate
-from bl_ext.user_default.angen_sensors.sensor_logic.error import AngenError
+from bl_ext.user_default.angen_sensors.sensor_logic.logs.error import AngenError
 from bl_ext.user_default.angen_sensors.sensor_logic.recording.tracks import Recording
 from light_stage import facing, lamp, material, measure, part, plate, request, sky
 from tiers import mostly_slow

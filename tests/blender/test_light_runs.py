@@ -7,7 +7,6 @@ from pathlib import Path
 
 import bpy
 import pytest
-from bl_ext.user_default.angen_sensors.angen_addon.progress import Enough
 from bl_ext.user_default.angen_sensors.angen_addon.runtime import handlers, probes
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.live import known_live
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.running import is_running
@@ -15,7 +14,8 @@ from bl_ext.user_default.angen_sensors.angen_addon.scene import memory
 from bl_ext.user_default.angen_sensors.angen_addon.scene.light import probe
 from bl_ext.user_default.angen_sensors.angen_addon.view import readings
 from bl_ext.user_default.angen_sensors.angen_addon.view.overlay import labels
-from bl_ext.user_default.angen_sensors.sensor_logic.error import AngenError
+from bl_ext.user_default.angen_sensors.sensor_logic.logs.error import AngenError
+from bl_ext.user_default.angen_sensors.sensor_logic.progress import Enough
 from light_stage import material, plate
 from tiers import mostly_slow
 

@@ -18,7 +18,7 @@ import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.explain.explain import explain
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.live import known_live, live_of
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.simulation import simulate
-from bl_ext.user_default.angen_sensors.angen_addon.scene.evaluated_home import EvaluatedHome
+from bl_ext.user_default.angen_sensors.angen_addon.scene.home.evaluated_home import EvaluatedHome
 from bl_ext.user_default.angen_sensors.angen_addon.view.overlay.picture import DrawnSensors
 from bl_ext.user_default.angen_sensors.sensor_logic.recording.tracks import Recording
 from tiers import mostly_slow

@@ -11,8 +11,7 @@ from types import SimpleNamespace
 
 import bpy
 import pytest
-from bl_ext.user_default.angen_sensors.angen_addon import progress
-from bl_ext.user_default.angen_sensors.angen_addon.kinds import appearance_of
+from bl_ext.user_default.angen_sensors.angen_addon.appearance.appearance import appearance_of
 from bl_ext.user_default.angen_sensors.angen_addon.recording.results import RESULTS
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.running import running
 from bl_ext.user_default.angen_sensors.operators import show
@@ -21,7 +20,7 @@ from bl_ext.user_default.angen_sensors.panels.table import (
     _room_for_name,
     sorted_and_filtered,
 )
-from bl_ext.user_default.angen_sensors.sensor_logic import parameters
+from bl_ext.user_default.angen_sensors.sensor_logic import parameters, progress
 from bl_ext.user_default.angen_sensors.sensor_logic.kinds import KINDS
 from bl_ext.user_default.angen_sensors.sensor_logic.parameters import specs
 from bl_ext.user_default.angen_sensors.sensor_logic.report.facts import figures

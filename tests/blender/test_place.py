@@ -8,7 +8,7 @@ import types
 
 import bpy
 import pytest
-from bl_ext.user_default.angen_sensors.angen_addon.kinds import appearance_of
+from bl_ext.user_default.angen_sensors.angen_addon.appearance.appearance import appearance_of
 from bl_ext.user_default.angen_sensors.operators import place
 from bl_ext.user_default.angen_sensors.operators.place import first_surface
 from bl_ext.user_default.angen_sensors.operators.place import visible_surface as seen
@@ -27,7 +27,7 @@ def placing(addon_part):
 
 @pytest.fixture
 def parent_keeping(addon_part):
-    return addon_part("angen_addon.authoring.housing").parent_keeping
+    return addon_part("angen_addon.appearance.housing").parent_keeping
 
 
 @pytest.fixture
@@ -384,7 +384,7 @@ def test_a_placed_motion_detector_sees_past_its_own_housing(world):
 
 @pytest.fixture
 def housing(addon_part):
-    return addon_part("angen_addon.authoring.housing")
+    return addon_part("angen_addon.appearance.housing")
 
 
 def size(housing, axes="xyz"):

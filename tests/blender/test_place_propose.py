@@ -12,10 +12,10 @@ import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.commands.command_line import run_command as run
 from bl_ext.user_default.angen_sensors.angen_addon.coverage import proposal as module
 from bl_ext.user_default.angen_sensors.angen_addon.coverage import shown
-from bl_ext.user_default.angen_sensors.angen_addon.progress import Enough as enough
-from bl_ext.user_default.angen_sensors.angen_addon.progress import finished
 from bl_ext.user_default.angen_sensors.angen_addon.scene.sensors import all_sensors
 from bl_ext.user_default.angen_sensors.sensor_logic.coverage.motions import MOTIONS
+from bl_ext.user_default.angen_sensors.sensor_logic.progress import Enough as enough
+from bl_ext.user_default.angen_sensors.sensor_logic.progress import finished
 from panel_layout import drawn
 from recorded_home import named, save_and_load
 
@@ -122,6 +122,7 @@ def test_accepting_makes_sensors_of_the_proposal(flat: Any) -> None:
     assert ops.place_propose() == {"FINISHED"}
     ghosts = [o for o in flat.scene.objects if o.get("angen_coverage") == "PROPOSAL"]
     assert len(ghosts) == 2 and all(g.type == "EMPTY" for g in ghosts)
+    assert all(g.select_get() and g.show_in_front for g in ghosts), "they stand out"
     assert len(flat.sensors()) == 1, "not before they are accepted"
     places = sorted(tuple(round(v, 4) for v in g.matrix_world.translation) for g in ghosts)
     assert ops.place_propose() == {"FINISHED"}, "again: replaced, not doubled"

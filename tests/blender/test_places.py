@@ -9,7 +9,7 @@ import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.commands.command_line import run_command as run
 from bl_ext.user_default.angen_sensors.angen_addon.doctor import CHECKS as checks
 from bl_ext.user_default.angen_sensors.angen_addon.doctor import Examined
-from bl_ext.user_default.angen_sensors.angen_addon.output.describe import describe
+from bl_ext.user_default.angen_sensors.angen_addon.layout.describe import describe
 from bl_ext.user_default.angen_sensors.angen_addon.scene.sensors import known_rooms as known
 from bl_ext.user_default.angen_sensors.residents.acting.unreached_places import unreached
 from bl_ext.user_default.angen_sensors.residents.blender.places import read_places
@@ -241,7 +241,7 @@ def test_esc_amid_a_check_leaves_what_was_found_before(world, addon_part):
     bpy.ops.angen.places_check()
     before = button.checked
     check = addon_part("residents.operators.places").ANGEN_OT_places_check
-    work, enough = check._begin(None, bpy.context), addon_part("angen_addon.progress").Enough
+    work, enough = check._begin(None, bpy.context), addon_part("sensor_logic.progress").Enough
     shares = [next(work).share for _ in range(8)]
     assert shares == sorted(shares) and 0.0 <= shares[0] < shares[-1] < 1.0
     with pytest.raises(enough):

@@ -6,7 +6,6 @@ from types import SimpleNamespace
 
 import bpy
 import pytest
-from bl_ext.user_default.angen_sensors.angen_addon.progress import Enough
 from bl_ext.user_default.angen_sensors.angen_addon.runtime import handlers
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.live import known_live
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.simulation import simulate
@@ -14,6 +13,7 @@ from bl_ext.user_default.angen_sensors.angen_addon.scene.sensors import all_sens
 from bl_ext.user_default.angen_sensors.angen_addon.view import readings
 from bl_ext.user_default.angen_sensors.angen_addon.view.readings import reading_text
 from bl_ext.user_default.angen_sensors.operators.simulate import ANGEN_OT_simulate
+from bl_ext.user_default.angen_sensors.sensor_logic.progress import Enough
 from bl_ext.user_default.angen_sensors.sensor_logic.recording.tracks import Recording
 
 ADDON = "bl_ext.user_default.angen_sensors"
@@ -386,7 +386,9 @@ def test_esc_after_the_last_frame_stops_nothing(last, early):
     steps = iter([SimpleNamespace(frame=72.0, share=1.0, doing="")])
     run = ANGEN_OT_simulate._steps(stub, (step for step in steps))
     next(run)
-    assert run.throw(Enough) is early
+    with pytest.raises(StopIteration) as ended:
+        run.throw(Enough)
+    assert ended.value.value is early
 
 
 @pytest.mark.parametrize("early", [True, False])

@@ -19,10 +19,10 @@ from bl_ext.user_default.angen_sensors.angen_addon.kinds.presence_radar.figure i
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.probes import Probes
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.sensor_runner import all_rays
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.time_base import clock_of
-from bl_ext.user_default.angen_sensors.angen_addon.scene.evaluated_home import EvaluatedHome
+from bl_ext.user_default.angen_sensors.angen_addon.scene.home.evaluated_home import EvaluatedHome
 from bl_ext.user_default.angen_sensors.angen_addon.scene.sensors import read_parameters
 from bl_ext.user_default.angen_sensors.angen_addon.view.readings import ACTIVE, IDLE, reading_text
-from bl_ext.user_default.angen_sensors.sensor_logic.error import AngenError
+from bl_ext.user_default.angen_sensors.sensor_logic.logs.error import AngenError
 from bl_ext.user_default.angen_sensors.sensor_logic.model import Pose
 from mathutils import Vector
 from panel_layout import drawn, panel_of

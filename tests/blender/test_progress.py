@@ -10,12 +10,12 @@ import types
 import bpy
 import numpy as np
 import pytest
-from bl_ext.user_default.angen_sensors.angen_addon import progress
-from bl_ext.user_default.angen_sensors.angen_addon.commands import console
 from bl_ext.user_default.angen_sensors.angen_addon.commands import open_home as home
+from bl_ext.user_default.angen_sensors.angen_addon.process import console
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.simulation import Progress
 from bl_ext.user_default.angen_sensors.angen_addon.view.panel_parts import draw_progress
 from bl_ext.user_default.angen_sensors.operators import long_work
+from bl_ext.user_default.angen_sensors.sensor_logic import progress
 from panel_layout import Layout
 
 

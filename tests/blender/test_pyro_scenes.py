@@ -56,7 +56,7 @@ def test_events_of_a_wireless_detector_have_the_time_of_their_messages(
     detector(world, update_rate=10.0, **times)
     man(world)
     recording = world.run()
-    events = addon_part("sensor_logic.log").events(recording)
+    events = addon_part("sensor_logic.recording.events").events(recording)
     changes = [event for event in events if event.field == "moved"][1:]
     assert [event.value for event in changes][:2] == [True, False]
     for event in changes:

@@ -54,7 +54,7 @@ def events() -> list[tuple[Any, ...]]:
     """Return the events of the first two and a half minutes of a day."""
     run, sensors = part("residents.blender.run"), part("angen_addon.scene.sensors")
     found = sensors.all_sensors(bpy.context.view_layer)
-    plan = run.Plan.of(ROUTINE, "routine")
+    plan = run.Plan.from_text(ROUTINE, "routine")
     household = run.HouseholdDays(bpy.context.scene, found, plan, date(2026, 3, 2), 0)
     [day] = run.run_days(household, [0], between=(0.0, 150.0))
     notes.extend(household.take_notes())
@@ -296,7 +296,7 @@ def test_what_a_day_cannot_place_is_told(home, way, capsys) -> None:
     examined = doctor.Examined(home.scene, bpy.context.view_layer, depsgraph)
     assert any(found[0].startswith(text) for found in doctor.CHECKS["residents"](examined))
     run = part("residents.blender.run")
-    plan = run.Plan.of(ROUTINE, "routine")
+    plan = run.Plan.from_text(ROUTINE, "routine")
     household = run.HouseholdDays(home.scene, [], plan, date(2026, 3, 2), 0)
     assert household.take_notes() == list(checked.unable) and household.take_notes() == []
 
@@ -318,7 +318,7 @@ def test_a_door_that_cannot_turn_is_told_by_a_day_too(home) -> None:
     leaf.driver_add("rotation_euler", 2).driver.expression = "0.0"
     bpy.context.view_layer.update()
     run = part("residents.blender.run")
-    plan = run.Plan.of(ROUTINE, "routine")
+    plan = run.Plan.from_text(ROUTINE, "routine")
     [text] = run.HouseholdDays(home.scene, [], plan, date(2026, 3, 2), 0).take_notes()
     assert text.startswith("'Front door' has drivers, which move it away")
     doctor, depsgraph = part("angen_addon.doctor"), bpy.context.evaluated_depsgraph_get()

@@ -4,7 +4,7 @@
 import bpy
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.api.home import Home
-from bl_ext.user_default.angen_sensors.angen_addon.scene.rooms import room_at
+from bl_ext.user_default.angen_sensors.angen_addon.scene.home.rooms import room_at
 from mathutils import Vector
 from test_dropped import asset, drop
 

@@ -5,8 +5,6 @@ from types import SimpleNamespace
 
 import bpy
 import pytest
-from bl_ext.user_default.angen_sensors.angen_addon import progress
-from bl_ext.user_default.angen_sensors.angen_addon.progress import Doing, TimeLeft
 from bl_ext.user_default.angen_sensors.angen_addon.recording.results import RESULTS
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.running import running
 from bl_ext.user_default.angen_sensors.angen_addon.scene import memory
@@ -14,6 +12,8 @@ from bl_ext.user_default.angen_sensors.angen_addon.scene.light import engine
 from bl_ext.user_default.angen_sensors.angen_addon.view.readings import reading_text
 from bl_ext.user_default.angen_sensors.operators.long_work import LongWork
 from bl_ext.user_default.angen_sensors.operators.simulate import ANGEN_OT_simulate
+from bl_ext.user_default.angen_sensors.sensor_logic import progress
+from bl_ext.user_default.angen_sensors.sensor_logic.progress import Doing, TimeLeft
 from light_stage import lamp
 from panel_layout import drawn
 

@@ -373,7 +373,7 @@ def test_a_worker_of_another_python_is_one_clear_line(addon_part) -> None:
                 "workers": {"tcp://one:1": {"host": {"python": "3.2.1.final.0"}}},
             }
 
-    with pytest.raises(addon_part("sensor_logic.error").InputError) as told:
+    with pytest.raises(addon_part("sensor_logic.logs.error").InputError) as told:
         addon_part("studies.engine").check_workers(Client())
     assert str(told.value).startswith(
         "the worker tcp://one:1 has Python 3.2.1, and this program has Python"

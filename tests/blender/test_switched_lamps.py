@@ -172,7 +172,7 @@ def named_data() -> list[Any]:
 def lux_of_a_minute() -> list[float]:
     """Return the illuminance of a day's first 100 s at 10, 50 and 90 s."""
     run, sensors = part("residents.blender.run"), part("angen_addon.scene.sensors")
-    plan = run.Plan.of(ROUTINE, "routine")
+    plan = run.Plan.from_text(ROUTINE, "routine")
     found = sensors.all_sensors(bpy.context.view_layer)
     household = run.HouseholdDays(bpy.context.scene, found, plan, date(2026, 3, 2), 0)
     [day] = run.run_days(household, [0], between=(0.0, 100.0))

@@ -194,8 +194,8 @@ def test_why_not_says_how_much_warmer_a_pixel_must_be(room, addon_part):
     assert body
     recording = room.run(1, 2)
     (sensor,) = room.sensors()
-    look = addon_part("angen_addon.kinds").appearance_of(sensor.kind)
-    recorded = addon_part("angen_addon.explain.recorded").RecordedSensor
+    look = addon_part("angen_addon.appearance.appearance").appearance_of(sensor.kind)
+    recorded = addon_part("angen_addon.appearance.recorded").RecordedSensor
     found = explain(room.scene, sensor, recording, 1)
     found = look.lacking(recorded(room.scene, sensor, recording), 1, found)
     last = np.sort(frames(room, recording)[1].ravel())[-2] - 21.0
@@ -341,5 +341,7 @@ def test_the_panel_shows_the_frame_as_an_icon(room, addon_part):
 
 def test_too_many_rays_are_refused_before_the_run(room, addon_part):
     array(room, columns=160, rows=160, rays=1024)
-    with pytest.raises(addon_part("sensor_logic.error").AngenError, match="at most 7 rays a pixel"):
+    with pytest.raises(
+        addon_part("sensor_logic.logs.error").AngenError, match="at most 7 rays a pixel"
+    ):
         room.run(1, 1)

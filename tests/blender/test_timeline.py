@@ -11,8 +11,8 @@ from bl_ext.user_default.angen_sensors.angen_addon.recording.results import RESU
 from bl_ext.user_default.angen_sensors.angen_addon.view.timeline import draw, layout
 from bl_ext.user_default.angen_sensors.angen_addon.view.timeline.layout import TimelineRegion
 from bl_ext.user_default.angen_sensors.operators import markers as module
-from bl_ext.user_default.angen_sensors.sensor_logic import log, model
-from bl_ext.user_default.angen_sensors.sensor_logic import log as events
+from bl_ext.user_default.angen_sensors.sensor_logic import model
+from bl_ext.user_default.angen_sensors.sensor_logic.recording import events
 from bl_ext.user_default.angen_sensors.sensor_logic.recording import tracks as recording
 
 ADDON = "bl_ext.user_default.angen_sensors"
@@ -54,14 +54,14 @@ def test_events_are_those_of_the_event_log(made, seed):
         }
     track = made(kind, frames, [numbers.random() > 0.5 for _ in frames], **columns)
     track.steps = {"force_n": numbers.choice([0.0, 1.0])}
-    told = {event.frame for event in log.track_events(track)}
+    told = {event.frame for event in events.track_events(track)}
     found = events.log_indices(track)
     assert [track.frames[i] for i in found.tolist()] == sorted(told)
     states = {"moved", "pressed", "partners", "valid"}
-    changes = {e.frame for e in log.track_events(track) if e.field in states} - {1.0}
+    changes = {e.frame for e in events.track_events(track) if e.field in states} - {1.0}
     switches = np.unique(events.event_rows(track, values=False))
     assert [track.frames[i] for i in switches.tolist()] == sorted(changes)
-    rows = [event.frame for event in log.track_events(track) if event.frame > 1.0]
+    rows = [event.frame for event in events.track_events(track) if event.frame > 1.0]
     assert [track.frames[i] for i in events.event_rows(track).tolist()] == sorted(rows)
 
 

@@ -6,7 +6,7 @@ import math
 import blf
 import bpy
 import pytest
-from bl_ext.user_default.angen_sensors.angen_addon.output.describe import describe
+from bl_ext.user_default.angen_sensors.angen_addon.layout.describe import describe
 from bl_ext.user_default.angen_sensors.angen_addon.scene.lengths import with_unit
 from bl_ext.user_default.angen_sensors.sensor_logic import kinds, parameters
 from light_stage import facing, lamp

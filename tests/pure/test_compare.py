@@ -19,21 +19,27 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from angen_sensors.sensor_logic.compare import counts, gaps, ks_distance, on_times, read, shares
-from angen_sensors.sensor_logic.error import InputError
-from angen_sensors.sensor_logic.log import (
+from angen_sensors.sensor_logic.logs.comparison.compare import (
+    counts,
+    gaps,
+    ks_distance,
+    on_times,
+    read,
+    shares,
+)
+from angen_sensors.sensor_logic.logs.error import InputError
+from angen_sensors.sensor_logic.logs.log import (
     Event,
     differences,
-    events_csv,
     for_spreadsheets,
     format_value,
     read_events,
-    samples_csv,
     to_csv,
 )
+from angen_sensors.sensor_logic.logs.wording import joined, split
 from angen_sensors.sensor_logic.model import Reading
+from angen_sensors.sensor_logic.recording.events import events_csv, samples_csv
 from angen_sensors.sensor_logic.recording.tracks import Recording, Track
-from angen_sensors.sensor_logic.wording import joined, split
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from tiers import mostly_slow

@@ -9,10 +9,10 @@ import sys
 from pathlib import Path
 
 import pytest
-from angen_sensors.sensor_logic.formats import FORMATS
-from angen_sensors.sensor_logic.formats.log import camel, slug, unique
-from angen_sensors.sensor_logic.formats.reading import read_log
-from angen_sensors.sensor_logic.formats.source import make_log
+from angen_sensors.sensor_logic.logs.formats import FORMATS
+from angen_sensors.sensor_logic.logs.formats.log import camel, slug, unique
+from angen_sensors.sensor_logic.logs.formats.reading import read_log
+from angen_sensors.sensor_logic.logs.formats.source import make_log
 from log_of_a_year import write, year
 
 ROOT = Path(__file__).resolve().parent.parent.parent

@@ -16,13 +16,13 @@ import pytest
 from angen_sensors.sensor_logic.coverage import picture
 from angen_sensors.sensor_logic.coverage.grid import Cells, CoverageMap, choose, map_csv, table
 from angen_sensors.sensor_logic.coverage.motions import MOTIONS, Rays, Start, Walker, hits
-from angen_sensors.sensor_logic.error import AngenError
 from angen_sensors.sensor_logic.kinds.pir.coverage import RangeView, WarmView
 from angen_sensors.sensor_logic.kinds.pir.pyroelectric import (
     rays_of,
     response_of,
     threshold_of,
 )
+from angen_sensors.sensor_logic.logs.error import AngenError
 from angen_sensors.sensor_logic.model import Emission, Pose
 from angen_sensors.sensor_logic.physics import STEFAN_BOLTZMANN
 from angen_sensors.sensor_logic.report.facts import PlanStorey, SensorInPlan

@@ -5,7 +5,7 @@ import gzip
 from datetime import date
 
 from angen_sensors.residents.days.samples import samples_csv
-from angen_sensors.sensor_logic.files import gzipped, write_files
+from angen_sensors.sensor_logic.logs.files import gzipped, write_files
 from angen_sensors.sensor_logic.model import Reading
 from angen_sensors.sensor_logic.recording.tracks import Track
 

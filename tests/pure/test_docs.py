@@ -11,7 +11,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
-from angen_sensors.residents.acting import words
+from angen_sensors.residents.acting import activity_steps
 from angen_sensors.residents.routine import file, timetable
 from angen_sensors.sensor_logic.kinds.pir.lenses import LENSES
 from angen_sensors.studies import study
@@ -99,8 +99,8 @@ def test_the_page_of_residents_has_a_routine_and_a_diary_that_can_be_read_and_al
     assert set(file.read(text, "week.toml").activities) == {"Sleeping", "Toilet", "Relaxing"}
     table = written[written.index("### Words") : written.index("### How it is acted")]
     steps = re.findall(r"`([^`]+)`", "".join(re.findall(r"^\| (`.*?) \|", table, re.MULTILINE)))
-    told = {word for step in steps for word in words._WORDS if step.startswith(word)}
-    assert told == set(words._WORDS)
+    told = {word for step in steps for word in activity_steps._WORDS if step.startswith(word)}
+    assert told == set(activity_steps._WORDS)
     rows = re.search(r"    start,end.*?(?=\n\n)", written, re.DOTALL).group().replace("    ", "")
     assert [s.activity for s in timetable.read(rows, "d.csv")[1]][1::2] == ["Toilet", "Relaxing"]
 
@@ -190,7 +190,7 @@ def _power(value):
     return f"{digit}e{int(power)}"
 
 
-@pytest.mark.parametrize("name", ["like_real_homes", "recogniser"])
+@pytest.mark.parametrize("name", ["learnt_days", "like_real_homes", "recogniser"])
 def test_an_example_without_its_packages_is_one_line(name):
     script = page.DOCS / "examples" / f"{name}.py"
     # -S: without any installed package.

@@ -11,8 +11,8 @@ from datetime import datetime
 from pathlib import Path
 
 import pytest
-from angen_sensors.sensor_logic.error import InputError
-from angen_sensors.sensor_logic.faults import (
+from angen_sensors.sensor_logic.logs.error import InputError
+from angen_sensors.sensor_logic.logs.faults import (
     Fault,
     FaultPlan,
     make_faults,
@@ -20,8 +20,8 @@ from angen_sensors.sensor_logic.faults import (
     truth_csv,
     undo,
 )
-from angen_sensors.sensor_logic.formats.source import make_log
-from angen_sensors.sensor_logic.log import Event, read_events, rows_csv
+from angen_sensors.sensor_logic.logs.formats.source import make_log
+from angen_sensors.sensor_logic.logs.log import Event, read_events, rows_csv
 from hypothesis import given, settings
 from hypothesis import strategies as st
 

@@ -9,8 +9,8 @@ import threading
 from pathlib import Path
 
 import pytest
-from angen_sensors.sensor_logic.error import AngenError
-from angen_sensors.sensor_logic.files import check_folder, file_names, write_files
+from angen_sensors.sensor_logic.logs.error import AngenError
+from angen_sensors.sensor_logic.logs.files import check_folder, file_names, write_files
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -144,7 +144,7 @@ def test_no_two_sensors_share_a_file(sensors):
 WRITER = """
 import sys, time
 from pathlib import Path
-from sensor_logic.files import WholeFiles
+from sensor_logic.logs.files import WholeFiles
 with WholeFiles() as parts:
     for name in "abc":
         parts.new(Path(sys.argv[1], name)).write_text(name)

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pure packages work without Blender; sensor_logic imports nothing that builds on it."""
+"""Pure packages work without Blender; sensor_logic imports nothing that builds on it.
+
+Logs work without models.
+"""
 
 import subprocess
 import sys
@@ -33,6 +36,47 @@ def test_sensor_logic_imports_without_blender():
     assert set(done.stdout.split()) == {
         name.removesuffix(".__init__") for name in found - {"sensor_logic.__init__"}
     }
+
+
+# `sensor_logic` itself loads the kinds, so a bare package stands for it.
+LOGS = """
+import importlib, sys, types
+from pathlib import Path
+bare = sys.modules["sensor_logic"] = types.ModuleType("sensor_logic")
+bare.__path__ = ["sensor_logic"]
+class Blocked:
+    def find_spec(self, name, path=None, target=None):
+        house, _, part = name.partition(".")
+        is_model = house == "sensor_logic" and part.partition(".")[0] != "logs"
+        if is_model or house in sys.argv[1:]:
+            raise ImportError(f"{name} is blocked")
+sys.meta_path.insert(0, Blocked())
+for path in sorted(Path("sensor_logic/logs").rglob("*.py")):
+    name = ".".join(path.with_suffix("").parts).removesuffix(".__init__")
+    try:
+        importlib.import_module(name)
+        print("loaded", name)
+    except ImportError as error:
+        print(name, error)
+"""
+
+
+def logs_without(*packages: str) -> list[str]:
+    """Return the modules of the logs that do not load without models and these packages."""
+    command = [sys.executable, "-c", LOGS, "bpy", "mathutils", "angen_addon", *packages]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
+    lines = done.stdout.splitlines()
+    assert len(lines) == len(list((ROOT / "sensor_logic/logs").rglob("*.py")))
+    return [line for line in lines if not line.startswith("loaded ")]
+
+
+def test_logs_import_without_models():
+    assert logs_without() == []
+
+
+def test_only_comparison_and_faults_need_numpy_in_the_logs():
+    names = {line.partition(" ")[0].split(".")[2] for line in logs_without("numpy")}
+    assert names == {"comparison", "faults"}
 
 
 RESIDENTS = """

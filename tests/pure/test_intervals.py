@@ -9,8 +9,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from angen_sensors.sensor_logic.error import InputError
-from angen_sensors.sensor_logic.formats.reading import read_log
+from angen_sensors.sensor_logic.logs.error import InputError
+from angen_sensors.sensor_logic.logs.formats.reading import read_log
 from invented_log import casas, invented, ordonez, table
 
 ORDONEZ = """\

@@ -15,6 +15,7 @@ from angen_sensors.sensor_logic.kind import RAYS
 from angen_sensors.sensor_logic.kinds import KINDS
 from angen_sensors.sensor_logic.kinds.optical_switch import SlottedSwitch
 from angen_sensors.sensor_logic.kinds.pir.lenses import LENS_PRESETS, LENSES
+from angen_sensors.sensor_logic.logs.wording import Lengths, measured, percent, short, typed
 from angen_sensors.sensor_logic.model import Pose, Update
 from angen_sensors.sensor_logic.parameters import (
     Parameters,
@@ -23,7 +24,6 @@ from angen_sensors.sensor_logic.parameters import (
     is_chosen,
     specs,
 )
-from angen_sensors.sensor_logic.wording import Lengths, measured, percent, short, typed
 
 ROOT = Path(__file__).resolve().parents[2]
 # Numbers are in saved files: they never change and are never reused.

@@ -7,10 +7,10 @@ import runpy
 from pathlib import Path
 
 import pytest
-from angen_sensors.sensor_logic.error import InputError
 from angen_sensors.sensor_logic.kinds import KINDS
 from angen_sensors.sensor_logic.layout.entries import KEYS, read_layout
-from angen_sensors.sensor_logic.lines import line_of, read_toml
+from angen_sensors.sensor_logic.logs.error import InputError
+from angen_sensors.sensor_logic.logs.lines import line_of, read_toml
 from angen_sensors.sensor_logic.parameters import specs
 
 ROOT = Path(__file__).resolve().parents[2]

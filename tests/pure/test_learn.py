@@ -19,9 +19,9 @@ from angen_sensors.residents.routine import timetable as diary
 from angen_sensors.residents.routine.learn import Begun, Days, draw, learn, lived_days
 from angen_sensors.residents.routine.routine import AWAY, Person, Routine, Segment
 from angen_sensors.residents.routine.text import clock, duration, routine_text
-from angen_sensors.sensor_logic.compare import ks_distance
-from angen_sensors.sensor_logic.error import InputError
-from angen_sensors.sensor_logic.formats.activities import (
+from angen_sensors.sensor_logic.logs.comparison.compare import ks_distance
+from angen_sensors.sensor_logic.logs.error import InputError
+from angen_sensors.sensor_logic.logs.formats.activities import (
     DoneActivity,
     is_activities,
     read,
@@ -270,6 +270,16 @@ def test_a_night_that_a_filler_draws_goes_over_midnight_to_its_end() -> None:
     assert len(nights) > 25
     ends = np.array([one.end / HOUR % 24 for one in nights])
     assert ends == pytest.approx(7.5, abs=0.4) and ends.std() > 0.02
+
+
+def test_midnight_ends_what_a_filler_chose_unless_it_depends_on_what_was_before() -> None:
+    text = FILLER[: FILLER.rindex("[[filler]]")].replace('["06:00", "22:00"]', '["00:00", "24:00"]')
+    text = text.replace("10 min", "5 h")
+    free = text.replace(", after = { Rest = 0 }", "").replace(", after = { Tea = 0 }", "")
+    at_midnight = [
+        sum(one.end % 86_400.0 == 0.0 for one in segments(of)[:-1]) for of in (free, text)
+    ]
+    assert at_midnight[0] > 5 and at_midnight[1] == 0
 
 
 def test_what_is_usual_and_regular_is_made_up_for() -> None:

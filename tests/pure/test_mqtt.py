@@ -9,12 +9,13 @@ from pathlib import Path
 
 import pytest
 from angen_sensors.angen_addon.output.mqtt.player import SLICE_S, Pace
-from angen_sensors.sensor_logic.formats.home_assistant import HomeMessages, payload
-from angen_sensors.sensor_logic.formats.log import Channel, SensorFacts
-from angen_sensors.sensor_logic.formats.source import make_log
 from angen_sensors.sensor_logic.kinds import KINDS
-from angen_sensors.sensor_logic.log import Event, NewEvents, events
+from angen_sensors.sensor_logic.logs.formats.home_assistant import HomeMessages, payload
+from angen_sensors.sensor_logic.logs.formats.log import Channel, SensorFacts
+from angen_sensors.sensor_logic.logs.formats.source import make_log
+from angen_sensors.sensor_logic.logs.log import Event
 from angen_sensors.sensor_logic.model import Reading
+from angen_sensors.sensor_logic.recording.events import NewEvents, events
 from angen_sensors.sensor_logic.recording.tracks import Recording, Track
 
 ROOT = Path(__file__).resolve().parents[2]

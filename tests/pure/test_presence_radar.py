@@ -8,7 +8,6 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from angen_sensors.sensor_logic.coverage.motions import MOTIONS, Start
-from angen_sensors.sensor_logic.formats.home_assistant import BINARY_CLASSES, NUMBER_CLASSES
 from angen_sensors.sensor_logic.kinds.presence_radar import KIND
 from angen_sensors.sensor_logic.kinds.presence_radar.coverage import view
 from angen_sensors.sensor_logic.kinds.presence_radar.parameters import (
@@ -37,6 +36,7 @@ from angen_sensors.sensor_logic.kinds.presence_radar.radar import (
     sweep,
     two_way_gain,
 )
+from angen_sensors.sensor_logic.logs.formats.home_assistant import BINARY_CLASSES, NUMBER_CLASSES
 from angen_sensors.sensor_logic.model import Answers, Pose, Update, Updates
 from angen_sensors.sensor_logic.noise import generator
 from angen_sensors.sensor_logic.radio.echoes import ECHOES, Echoes

@@ -8,7 +8,6 @@ import math
 
 import numpy as np
 import pytest
-from angen_sensors.sensor_logic.error import InputError
 from angen_sensors.sensor_logic.kinds.pir.lenses import (
     LENSES,
     Zone,
@@ -28,6 +27,7 @@ from angen_sensors.sensor_logic.kinds.pir.pyroelectric import (
     threshold,
 )
 from angen_sensors.sensor_logic.kinds.pir.range_scan import PirParameters
+from angen_sensors.sensor_logic.logs.error import InputError
 from hypothesis import example, given
 from hypothesis import strategies as st
 from scipy import linalg, signal

@@ -14,13 +14,13 @@ from pathlib import Path
 from zoneinfo import ZoneInfo
 
 import pytest
-from angen_sensors.sensor_logic.error import InputError
-from angen_sensors.sensor_logic.formats import FORMATS, mcap
-from angen_sensors.sensor_logic.formats.log import LoggedActivity, SensorFacts
-from angen_sensors.sensor_logic.formats.reading import read_log
-from angen_sensors.sensor_logic.formats.source import make_log, mended_word
-from angen_sensors.sensor_logic.formats.units import Units
-from angen_sensors.sensor_logic.log import HEADER, Event
+from angen_sensors.sensor_logic.logs.error import InputError
+from angen_sensors.sensor_logic.logs.formats import FORMATS, mcap
+from angen_sensors.sensor_logic.logs.formats.log import LoggedActivity, SensorFacts
+from angen_sensors.sensor_logic.logs.formats.reading import read_log
+from angen_sensors.sensor_logic.logs.formats.source import make_log, mended_word
+from angen_sensors.sensor_logic.logs.formats.units import Units
+from angen_sensors.sensor_logic.logs.log import HEADER, Event
 from log_of_a_year import AWKWARD, ROWS, SENSORS, START, write, year
 
 from angen_addon.process.standalone import load_extension

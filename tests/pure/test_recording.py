@@ -15,8 +15,8 @@ import zlib
 import numpy as np
 import pytest
 from angen_sensors.sensor_logic.clock import Clock, Schedule
-from angen_sensors.sensor_logic.error import AngenError
 from angen_sensors.sensor_logic.kinds import KINDS
+from angen_sensors.sensor_logic.logs.error import AngenError
 from angen_sensors.sensor_logic.model import Reading, Readings, joined_readings
 from angen_sensors.sensor_logic.recording.columns import CHUNK, Column
 from angen_sensors.sensor_logic.recording.file import TITLE, VERSION, from_bytes, to_bytes

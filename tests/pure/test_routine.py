@@ -33,9 +33,9 @@ from angen_sensors.residents.routine import file
 from angen_sensors.residents.routine import timetable as diary
 from angen_sensors.residents.routine.routine import AWAY, DAY, Segment
 from angen_sensors.residents.routine.timetable import timetable
-from angen_sensors.sensor_logic.error import InputError
-from angen_sensors.sensor_logic.formats.log import LoggedActivity
-from angen_sensors.sensor_logic.log import Event
+from angen_sensors.sensor_logic.logs.error import InputError
+from angen_sensors.sensor_logic.logs.formats.log import LoggedActivity
+from angen_sensors.sensor_logic.logs.log import Event
 
 TEXT = Path(__file__).with_name("week.toml").read_text(encoding="utf-8")
 MONDAY = date(2026, 3, 2)

@@ -22,9 +22,9 @@ load_extension()
 from angen_sensors.residents.days.rows import DayRows  # noqa: E402
 from angen_sensors.residents.days.truth import Whereabouts  # noqa: E402
 from angen_sensors.sensor_logic.choice import SensorChoice  # noqa: E402
-from angen_sensors.sensor_logic.error import InputError  # noqa: E402
-from angen_sensors.sensor_logic.formats.log import LoggedActivity  # noqa: E402
-from angen_sensors.sensor_logic.log import Event  # noqa: E402
+from angen_sensors.sensor_logic.logs.error import InputError  # noqa: E402
+from angen_sensors.sensor_logic.logs.formats.log import LoggedActivity  # noqa: E402
+from angen_sensors.sensor_logic.logs.log import Event  # noqa: E402
 from angen_sensors.studies import settings, truth  # noqa: E402
 from angen_sensors.studies.settings import StudiedHome  # noqa: E402
 from angen_sensors.studies.study import Study, count_of, read, runs_of  # noqa: E402

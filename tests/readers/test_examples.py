@@ -156,3 +156,77 @@ def test_a_forest_learns_postures_from_shapes_in_frames(tmp_path, run, reader) -
 def test_a_folder_without_days_is_one_line(tmp_path, run) -> None:
     said = run("like_real_homes.py", tmp_path)
     assert said.startswith("like_real_homes: ") and said.count("\n") == 1
+
+
+@pytest.fixture
+def real(days, tmp_path: Path) -> Path:
+    """Return the same days as logs of another home: intervals, other names, and a sensor more."""
+    rows, begun = [], {}
+    for line in (days / "events.csv").read_text().splitlines()[1:]:
+        time, sensor, _, _, value, *_ = line.split(",")
+        if value == "1":
+            begun[sensor] = time
+        elif sensor in begun:
+            rows.append(f"{begun.pop(sensor)}\t\t{time}\t\t{sensor[4:]}\t\tPIR\t\tHome")
+    rows.append("2026-03-02 05:00:00\t\t2026-03-02 06:00:00\t\tBalcony\t\tMagnetic\t\tHome")
+    (tmp_path / "sensors.txt").write_text("\n".join(row.replace("T", " ") for row in rows) + "\n")
+    done = [line.split(",") for line in (days / "activities.csv").read_text().splitlines()[1:]]
+    lines = [
+        f"{a.replace('T', ' ')}\t\t{b.replace('T', ' ')}\t\treal_{n}" for a, b, _, n, _ in done
+    ]
+    (tmp_path / "done.txt").write_text("\n".join(lines) + "\n")
+    rooms = [f'{room} = "PIR {room}"' for room in (*ROOMS.values(), "Balcony")]
+    words = [f'real_{name} = "{name}"' for name in ROOMS]
+    head = ['events = "sensors.txt"', 'activities = "done.txt"', "weight = 2", "[sensors]"]
+    path = tmp_path / "real.toml"
+    path.write_text("\n".join([*head, *rooms, "[labels]", *words]))
+    return path
+
+
+def test_the_recogniser_is_tried_on_a_real_home_beside_rules(days, real, run, reader) -> None:
+    reader("sklearn")
+    rules = real.with_name("rules.toml")
+    # The rules mistake the kitchen for the bathroom.
+    rules.write_text(
+        '[rules]\nSleep = "PIR bedroom"\nCook = ["PIR bathroom"]\nWash = ["PIR kitchen"]'
+    )
+    options = ["--rules", rules, "--real", 0, 1, "--seeds", 1, "--window", 600]
+    rows = run("recogniser.py", days, "--on", real, *options)
+    names = ["these days", "the same days by rules"]
+    assert list(rows) == [
+        "learnt from", *names, *(f"{name} and 1 real" for name in names), "1 real alone"
+    ]  # fmt: skip
+    accuracy = {name: float(row[0]) for name, row in rows.items() if name != "learnt from"}
+    assert accuracy["these days"] > 0.95 and accuracy["1 real alone"] > 0.6
+    assert accuracy["the same days by rules"] < 0.6
+    gained = float(rows["these days"][2])
+    f1 = [float(rows[name][1].split(" ")[0]) for name in names]
+    assert gained == pytest.approx(f1[0] - f1[1], abs=2e-3)
+    told = run("recogniser.py", days, "--on", real, "--real", 3)
+    assert "has 3 days; one is to be tried" in told
+    assert "has no table [rules]" in run("recogniser.py", days, "--on", real, "--rules", real)
+    real.write_text(real.read_text().replace('"PIR ', '"P'))
+    assert "no sensor has the same name" in run("recogniser.py", days, "--on", real)
+
+
+def test_the_recogniser_leaves_out_each_day_and_each_home(days, real, run, reader) -> None:
+    reader("sklearn")
+    options = ["--seeds", 1, "--window", 600]
+    rows = run("recogniser.py", days, "--leave-out", "days", *options)
+    assert len(rows) == 5 and float(rows["**all**"][0]) > 0.9
+    rows = run("recogniser.py", days, real, "--leave-out", "homes", *options)
+    assert set(rows) == {"left out", "days", "real.toml", "**all**"}
+    assert float(rows["real.toml"][0]) > 0.95
+    assert "there is only one" in run("recogniser.py", days, "--leave-out", "homes", *options)
+
+
+def test_drawn_days_are_compared_with_days_left_out(days, run) -> None:
+    # The three days, and copies of them ten and twenty days later.
+    lines = (days / "activities.csv").read_text().splitlines()
+    more = [line.replace("2026-03-0", f"2026-03-{k}") for k in (1, 2) for line in lines[1:]]
+    (days / "activities.csv").write_text("\n".join([*lines, *more]) + "\n")
+    rows = run("learnt_days.py", days, "--folds", 2)
+    assert {"label", "Cook", "Wash", "**all**"} <= set(rows)
+    assert float(rows["**all**"][1].strip("*")) < 0.5
+    assert "--folds: give 2 to" in run("learnt_days.py", days, "--folds", 99)
+    assert "give one of the log's people" in run("learnt_days.py", days, "--person", "bo")

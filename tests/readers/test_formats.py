@@ -16,9 +16,9 @@ from pathlib import Path
 from zoneinfo import ZoneInfo
 
 import pytest
-from angen_sensors.sensor_logic.formats.log import SensorFacts, slug
-from angen_sensors.sensor_logic.formats.source import make_log
-from angen_sensors.sensor_logic.log import Event
+from angen_sensors.sensor_logic.logs.formats.log import SensorFacts, slug
+from angen_sensors.sensor_logic.logs.formats.source import make_log
+from angen_sensors.sensor_logic.logs.log import Event
 from log_of_a_year import ABOUT, ACTIVITIES, AWKWARD, ROWS, START, YEAR, year
 
 
@@ -267,6 +267,7 @@ def test_pandas_reads_a_typed_table(reader, written, zone) -> None:
 
 def test_pandas_reads_every_sample_of_a_recording(reader, written) -> None:
     from angen_sensors.sensor_logic.model import Reading
+    from angen_sensors.sensor_logic.recording.events import samples_of
     from angen_sensors.sensor_logic.recording.tracks import Recording, Track
 
     pandas, _ = reader("pandas"), reader("pyarrow")
@@ -280,7 +281,7 @@ def test_pandas_reads_every_sample_of_a_recording(reader, written) -> None:
             i, i / 24, Reading(False, i, fields | {"illuminance_lux": float(i), "lit": False})
         )
     recording = Recording({"Switch": switch, "Lux": lux})
-    frame = pandas.read_parquet(written(year(samples=recording), "parquet"))
+    frame = pandas.read_parquet(written(year(samples=samples_of(recording)), "parquet"))
     assert len(frame) == 6
     assert list(frame[frame["sensor"] == "Lux"]["illuminance_lux"]) == [0, 1, 2]
     assert frame[frame["sensor"] == "Lux"]["luminance_percent"].isna().all()

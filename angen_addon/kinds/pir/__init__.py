@@ -3,9 +3,9 @@
 
 from __future__ import annotations
 
-from ...authoring.housing import looking_level
-from ...view.appearance import Appearance
-from ...view.handles import ahead, edge
+from ...appearance.appearance import Appearance
+from ...appearance.handles import ahead, edge
+from ...appearance.housing import looking_level
 from .explain import explain_motion, lacking
 from .figure import HOUSINGS, draw, lit_figure, plan_rays, rays_figure, scan_figure
 

@@ -15,12 +15,12 @@ from ....sensor_logic.evidence import rows_of
 from ....sensor_logic.kinds.pir.pyroelectric import threshold_of
 from ....sensor_logic.kinds.pir.range_scan import PirParameters
 from ....sensor_logic.kinds.pir.scan_evidence import SAME
+from ....sensor_logic.logs.wording import Lengths, capital, percent, quoted
 from ....sensor_logic.parameters import label_of, specs
 from ....sensor_logic.physics import waiting
-from ....sensor_logic.wording import Lengths, capital, percent, quoted
-from ...explain.facts import Explanation, Facts
+from ...appearance.facts import Explanation, Facts
+from ...appearance.recorded import RecordedSensor
 from ...explain.nearby import surroundings
-from ...explain.recorded import RecordedSensor
 
 # Range scan: an update is explained by the ray whose range changed most.
 

@@ -17,10 +17,10 @@ from ....sensor_logic.kinds.pir.pyroelectric import zones_of
 from ....sensor_logic.model import Array
 from ...advice import sensing as advice
 from ...advice import warmth
-from ...authoring.housing import Housing, looking
+from ...appearance.figures import CORNERS, Figure, corners_of, ends_of, pairs, straight, triangles
+from ...appearance.housing import Housing, looking
 from ...runtime.trace import RaysMet, SensorRays, Trace
 from ...scene.sensors import Sensor
-from ...view.overlay.figures import CORNERS, Figure, corners_of, ends_of, pairs, straight, triangles
 from ...view.panel_parts import draw_lines
 from ...view.readings import ReadingText
 

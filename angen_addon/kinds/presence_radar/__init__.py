@@ -3,9 +3,9 @@
 
 from __future__ import annotations
 
-from ...authoring.housing import looking_level
-from ...view.appearance import Appearance
-from ...view.handles import ahead, edge
+from ...appearance.appearance import Appearance
+from ...appearance.handles import ahead, edge
+from ...appearance.housing import looking_level
 from .explain import explain_radar, lacking
 from .figure import DRAWN, HOUSINGS, SECTIONS, draw, plan_rays, rays_figure, targets_figure
 

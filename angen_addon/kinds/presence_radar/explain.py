@@ -10,9 +10,9 @@ from ....sensor_logic.evidence import rows_of
 from ....sensor_logic.kinds.presence_radar.gate_evidence import is_off
 from ....sensor_logic.kinds.presence_radar.parameters import THRESHOLDS, RadarParameters
 from ....sensor_logic.kinds.presence_radar.radar import gate_energies
-from ....sensor_logic.wording import named
-from ...explain.facts import Explanation, Facts
-from ...explain.recorded import RecordedSensor
+from ....sensor_logic.logs.wording import named
+from ...appearance.facts import Explanation, Facts
+from ...appearance.recorded import RecordedSensor
 from .figure import gate_span
 
 NAMES_SHOWN = 3

@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 from bpy.types import Context
 
-from ....sensor_logic.error import AngenError
 from ....sensor_logic.kinds.presence_radar.parameters import RadarParameters
 from ....sensor_logic.kinds.presence_radar.radar import (
     calibration,
@@ -20,13 +19,14 @@ from ....sensor_logic.kinds.presence_radar.radar import (
     gate_energies,
     radar_beams,
 )
+from ....sensor_logic.logs.error import AngenError
+from ....sensor_logic.logs.wording import Lengths, typed
 from ....sensor_logic.model import Array, Index, Pose
-from ....sensor_logic.wording import Lengths, typed
-from ...authoring.housing import Housing, looking
+from ...appearance.figures import Figure, around_edge, circle, ends_of, pairs, straight
+from ...appearance.housing import Housing, looking
 from ...runtime.trace import RaysMet, SensorRays, Trace
 from ...scene.lengths import lengths_of
 from ...scene.sensors import Sensor, read_parameters
-from ...view.overlay.figures import Figure, around_edge, circle, ends_of, pairs, straight
 from ...view.readings import ACTIVE, IDLE, ReadingText
 
 # The most gates that are drawn as arcs and as bars; more would be a solid surface.

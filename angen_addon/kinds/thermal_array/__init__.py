@@ -3,8 +3,8 @@
 
 from __future__ import annotations
 
-from ...authoring.housing import looking_level
-from ...view.appearance import Appearance
+from ...appearance.appearance import Appearance
+from ...appearance.housing import looking_level
 from .explain import explain_array, lacking
 from .figure import HOUSINGS, draw, edge_handle, frame_figure, pixels_figure, plan_rays
 

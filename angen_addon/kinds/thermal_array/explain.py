@@ -8,9 +8,9 @@ from typing import Any
 
 from ....sensor_logic.evidence import rows_of
 from ....sensor_logic.kinds.thermal_array.parameters import ThermalArrayParameters
-from ....sensor_logic.wording import measured, named, percent, quoted, typed
-from ...explain.facts import Explanation, Facts
-from ...explain.recorded import RecordedSensor
+from ....sensor_logic.logs.wording import measured, named, percent, quoted, typed
+from ...appearance.facts import Explanation, Facts
+from ...appearance.recorded import RecordedSensor
 
 NAMES_SHOWN = 4
 # K. Less warmth that people have left is not told.

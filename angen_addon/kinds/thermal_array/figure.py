@@ -14,15 +14,15 @@ from bpy.types import Context
 
 from ....sensor_logic.geometry.pixels import pixel_corners
 from ....sensor_logic.kinds.thermal_array.array import SIGHT, array_rays
+from ....sensor_logic.logs.wording import measured
 from ....sensor_logic.model import Array
 from ....sensor_logic.palette import colours, limits
-from ....sensor_logic.wording import measured
 from ...advice.warmth import nothing_warm
-from ...authoring.housing import Housing, looking
+from ...appearance.figures import Figure, around_edge, corners_of, pairs
+from ...appearance.handles import Handle, Point
+from ...appearance.housing import Housing, looking
 from ...runtime.trace import RaysMet, SensorRays, Trace
 from ...scene.sensors import Sensor
-from ...view.handles import Handle, Point
-from ...view.overlay.figures import Figure, around_edge, corners_of, pairs
 from ...view.panel_parts import draw_lines, draw_row
 from ...view.pixel_icons import icon_of
 from ...view.readings import ReadingText

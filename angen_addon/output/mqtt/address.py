@@ -11,10 +11,10 @@ import ssl
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from ....sensor_logic.error import InputError, explained, replaced
-from ....sensor_logic.files import read_text
-from ....sensor_logic.formats.home_assistant import TOPIC
-from ...commands.parser import path
+from ....sensor_logic.logs.error import InputError, explained, replaced
+from ....sensor_logic.logs.files import read_text
+from ....sensor_logic.logs.formats.home_assistant import TOPIC
+from ...process.parser import path
 
 PASSWORD = "ANGEN_MQTT_PASSWORD"
 PORT, TLS_PORT = 1883, 8883

@@ -12,8 +12,8 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from ....parts import install_command
-from ....sensor_logic.error import AngenError, replaced
-from ....sensor_logic.formats.home_assistant import Message
+from ....sensor_logic.logs.error import AngenError, replaced
+from ....sensor_logic.logs.formats.home_assistant import Message
 from .address import PASSWORD, Address
 
 # s: longest wait for an answer; pause between two tries to reconnect; a broker that is silent this

@@ -11,8 +11,8 @@ import time
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 
-from ....sensor_logic.error import AngenError
-from ....sensor_logic.formats.home_assistant import (
+from ....sensor_logic.logs.error import AngenError
+from ....sensor_logic.logs.formats.home_assistant import (
     CONFIGS,
     OFFLINE,
     ONLINE,
@@ -20,9 +20,9 @@ from ....sensor_logic.formats.home_assistant import (
     Message,
     is_config_of,
 )
-from ....sensor_logic.formats.log import Change, Channel
-from ....sensor_logic.log import Value
-from ...commands.console import note
+from ....sensor_logic.logs.formats.log import Change, Channel
+from ....sensor_logic.logs.log import Value
+from ...process.console import note
 from .link import PARTING_S, Link
 
 # Waiting until the events of a log are due, at any speed.

@@ -8,13 +8,13 @@ import queue
 import threading
 from collections.abc import Iterator, Sequence
 
-from ....sensor_logic.formats.home_assistant import OFFLINE, TOPIC, HomeMessages
-from ....sensor_logic.formats.log import Change
-from ....sensor_logic.formats.source import channel_of, make_log
-from ....sensor_logic.log import NewEvents
+from ....sensor_logic.logs.formats.home_assistant import OFFLINE, TOPIC, HomeMessages
+from ....sensor_logic.logs.formats.log import Change
+from ....sensor_logic.logs.formats.source import channel_of, make_log
 from ....sensor_logic.parameters import is_chosen
+from ....sensor_logic.recording.events import NewEvents
 from ....sensor_logic.recording.tracks import Recording
-from ...commands.console import note
+from ...process.console import note
 from ...scene.sensors import Sensor
 from ..run_log import sensor_facts
 from ..version import extension_version

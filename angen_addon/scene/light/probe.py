@@ -14,10 +14,10 @@ from typing import Any
 import bpy
 import numpy as np
 
-from ....sensor_logic.error import AngenError
+from ....sensor_logic.logs.error import AngenError
 from ....sensor_logic.model import Array, LightSample
 from ....sensor_logic.physics import EFFICACY, illuminance, luminance_percent
-from ...progress import finished
+from ....sensor_logic.progress import finished
 from . import eevee, engine
 from .changes import LightState
 from .cycles import CyclesLight, Light, Steps

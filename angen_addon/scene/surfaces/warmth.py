@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....sensor_logic.kind import WARMTH
+from ....sensor_logic.logs.wording import ZERO_CELSIUS
 from ....sensor_logic.model import Answers, Array, Emission, Index
 from ....sensor_logic.physics import insulated_share
 from ....sensor_logic.warmth_left import Imprint, Place, Print, Spots, WarmthLeft, ages, start_of
-from ....sensor_logic.wording import ZERO_CELSIUS
 from ..animation import is_animated
 from ..instances import Uid
 from ..rays.caster import NOTHING, RayCaster, RayHits, Rays

@@ -11,10 +11,10 @@ from typing import Any
 
 import bpy
 
+from ...appearance.figures import Figure
 from ...scene.instances import housed_by
 from ...view.readings import ReadingTexts
 from . import labels, refresh
-from .figures import Figure
 from .picture import DrawnSensors, Primitives, SensorRow, changing_figures, joined, picture
 
 THIN, BOLD = 1.2, 2.2

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ....sensor_logic.wording import NOTHING
+from ....sensor_logic.logs.wording import NOTHING
 from ...view.readings import ACTIVE, IDLE, UNKNOWN, ReadingText
 from ..gizmos import pixels_of_handles
 from .picture import LOOKS, DrawnSensors, SensorRow, disc

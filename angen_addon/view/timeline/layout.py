@@ -17,12 +17,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....sensor_logic.kinds import KINDS
-from ....sensor_logic.log import Indices, event_rows, log_indices, shown_rows
 from ....sensor_logic.model import Array
 from ....sensor_logic.palette import KIND_COLOURS, rgba
+from ....sensor_logic.recording.events import Indices, event_rows, log_indices, shown_rows
 from ....sensor_logic.recording.tracks import Recording, Track
 from ....sensor_logic.report.svg import shortened
 from ...scene.instances import Uid
+from ...scene.memory import forgets_at_load
 
 IDLE, ACTIVE, INVALID, OFF = 0, 1, 2, 3
 # A sensor counts as off between two updates that are more than this many usual intervals apart.
@@ -60,7 +61,7 @@ class HistoryRow:
         For each event, the index of its update.
     states
         The indices of the updates at which a state changed, from `shown_rows` in
-        `sensor_logic/log.py`.
+        `sensor_logic/recording/events.py`.
     """
 
     name: str
@@ -192,6 +193,7 @@ class Histories:
 
 
 HISTORIES = Histories()
+forgets_at_load(HISTORIES.clear)
 
 
 Colour = tuple[float, float, float, float]

@@ -15,8 +15,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from ...kind import RAYS, WARMTH, Field, Kind
+from ...logs.wording import OF_THRESHOLD
 from ...model import Model, Readings, Updates
-from ...wording import OF_THRESHOLD
 from .coverage import view
 from .presets import PRESETS
 from .pyroelectric import PyroelectricDetector

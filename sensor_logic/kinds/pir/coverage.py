@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 from ...coverage.detect import DetectorView, hit_distances, parts_of
 from ...coverage.motions import WALKER, Motion, Rays, Start, hits
 from ...kind import RAYS, WARMTH
+from ...logs.wording import ZERO_CELSIUS
 from ...model import Array, Update
 from ...physics import STEFAN_BOLTZMANN, radiosity
-from ...wording import ZERO_CELSIUS
 from .pyroelectric import (
     SAMPLE_EVERY,
     SIGHT,

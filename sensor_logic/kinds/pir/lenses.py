@@ -18,9 +18,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...error import InputError
 from ...geometry.pixels import blurred_quantiles
 from ...kind import Preset, parts_with
+from ...logs.error import InputError
 from ...model import Array
 
 # The detection zones of a lens, as a table that users can write, and as rays.

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ...kind import WARMTH
+from ...logs.wording import ZERO_CELSIUS
 from ...model import Array, Emission, Model, PerPose, Pose, Readings, Updates
 from ...physics import STEFAN_BOLTZMANN, OutputTiming, RadioTiming, radiosity
-from ...wording import ZERO_CELSIUS
 from .lenses import LENSES, Zone, ZoneRays, Zones, read_table, zone_rays
 
 if TYPE_CHECKING:

@@ -17,12 +17,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...error import InputError
 from ...kind import RAYS
+from ...logs.error import InputError
+from ...logs.wording import METRES, Lengths
 from ...model import Array, Index, Model, PerPose, Pose, Readings, Updates
 from ...parameters import Choice, Parameters, parameter
 from ...physics import OutputTiming
-from ...wording import METRES, Lengths
 from .lenses import LENSES, read_table
 from .scan_evidence import Scan, ScanEvidence, stacked
 

@@ -76,6 +76,8 @@ def tell(
     found: dict[str, Any] = {"ago": new.number - old.number}
     moved, turned = _movement(old.pose, new.pose)
     found |= {"sensor_moved": moved, "sensor_turned": turned}
+    if old.ranges is new.ranges:
+        return found
     changes = np.abs(new.ranges - old.ranges)
     row, ray = divmod(int(np.argmax(changes)), changes.shape[1])
     culprit = _culprit(old, new, row, ray)
@@ -107,7 +109,7 @@ def _culprit(old: Scan, new: Scan, row: int, ray: int) -> int:
 
 def _movement(old: Pose, new: Pose) -> tuple[float, float]:
     """Return how far a sensor moved (m), and by how much it turned (rad)."""
-    if old is new:
+    if old.same(new):
         return 0.0, 0.0
     cosine = (float(np.trace(old.axes.T @ new.axes)) - 1.0) / 2.0
     turned = math.acos(max(-1.0, min(1.0, cosine)))
@@ -132,14 +134,10 @@ class ScanEvidence:
         `which` (k,) has the indices of the updates, and `old` is the scan before the first of them.
         """
         if old is not None and old.ranges.shape == new.ranges.shape:
-            self._put(which[:1], tell(old, new, tilts, *self._how))
+            for name, value in tell(old, new, tilts, *self._how).items():
+                self.columns[name][which[0]] = value
         if len(which) > 1:
-            self._put(which[1:], tell(new, new, tilts, *self._how))
             self.columns["ago"][which[1:]] = np.diff(self._numbers[which])
-
-    def _put(self, which: Index, evidence: dict[str, Any]) -> None:
-        for name, value in evidence.items():
-            self.columns[name][which] = value
 
 
 def stacked(scans: Sequence[Scan | None], new: Scan | None = None) -> Scan | None:

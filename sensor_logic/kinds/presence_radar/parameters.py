@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...logs.wording import METRES, Advice, Lengths
 from ...model import Array
 from ...parameters import Choice, Parameters, parameter
 from ...radio.substances import LIGHT_SPEED
-from ...wording import METRES, Advice, Lengths
 
 LD2410 = "Hi-Link, HLK-LD2410 user manual V1.02"
 LD2410_SERIAL = "Hi-Link, LD2410C serial communication protocol V1.09: factory settings"

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from ...geometry.pixels import lattice_cells, pixel_directions
 from ...kind import WARMTH
+from ...logs.wording import ZERO_CELSIUS
 from ...model import Array, Model, PerPose, Pose, Readings, Updates, joined_readings
 from ...physics import STEFAN_BOLTZMANN, OutputTiming, radiosity
 from ...warmth_left import WarmthLeft
-from ...wording import ZERO_CELSIUS
 from .device import Device, RunningMean
 from .parameters import ThermalArrayParameters
 from .pixel_evidence import PixelEvidence

@@ -7,8 +7,8 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+from ...logs.wording import METRES, Advice, Lengths
 from ...parameters import Choice, Parameters, parameter
-from ...wording import METRES, Advice, Lengths
 
 MOST_PIXELS = 160
 # Many more rays than this fill the memory.
@@ -221,11 +221,6 @@ class ThermalArrayParameters(Parameters):
     def drifts(self) -> bool:
         """Whether a slow error is added to the frames."""
         return self.frame_drift > 0.0 or self.pixel_drift > 0.0
-
-    @property
-    def lags(self) -> bool:
-        """Whether a frame depends on what the pixels received before."""
-        return self.settling_time > 0.0 or self.mean_of > 1
 
     @property
     def field_of_view(self) -> tuple[float, float]:

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from ...arrays import Array
 from ...evidence import rows_text
 from ...kind import Field
+from ...logs.wording import ZERO_CELSIUS
 from ...model import Answers, Emission, Updates
 from ...physics import STEFAN_BOLTZMANN, radiosity
-from ...wording import ZERO_CELSIUS
 from .parameters import ThermalArrayParameters
 
 # Objects that give a smaller share of the warmth are left out.

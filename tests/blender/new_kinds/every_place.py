@@ -173,7 +173,7 @@ def test_it_is_logged_listed_explained_and_reported(
 
 
 def test_every_format_takes_it(world, sensor, kind, tmp_path, addon_part):
-    formats = addon_part("sensor_logic.formats").FORMATS
+    formats = addon_part("sensor_logic.logs.formats").FORMATS
     for name in formats:
         if name == "parquet":
             continue

@@ -12,7 +12,7 @@ from angen_sensors.residents.body.skeleton import ADULT, Build, Sort
 from angen_sensors.residents.routine import file, timetable
 from angen_sensors.residents.routine.routine import DAY, Segment
 from angen_sensors.residents.routine.timetable import Draws
-from angen_sensors.sensor_logic.error import InputError
+from angen_sensors.sensor_logic.logs.error import InputError
 
 DRAWS = Draws(1, date(2026, 3, 2))
 ACTIVITIES = """

@@ -323,3 +323,17 @@ def test_it_is_pushed_everywhere_else_and_never_jumps(framed_day) -> None:
     assert len(walks) > 8 and np.median(with_it) < 0.5
     # On the way it is over less furniture than at places.
     assert np.mean(on_furniture(framed_day, times[::7])) < 0.03
+
+
+def test_who_gives_up_a_place_takes_the_frame_out_of_the_home(play) -> None:
+    """The frame does not fit at the bedside, but anna never gets there.
+
+    Bo stands where the leaf of the bedroom's door opens to.
+    """
+    anna = [(0, "Look"), (30, "Tidy"), (35, "Away")]
+    text = FRAMED_ACTIVITIES + "Tidy = stand at Bedside\nBlock = stand at Behind the door"
+    day = play(text, {"anna": anna, "bo": [(0, "Block")]}, builds={"anna": FRAMED})
+    (away,) = (s for s in day.acted.where if s.person == "anna" and s.posture == "away")
+    assert 35 * 60 < away.start < 37 * 60
+    pose = day.acted.bodies["anna"].poses(np.array([away.start - 1.0]))
+    assert np.hypot(*(pose.walker[0, :2] - pose.pelvis[0, :2])) < 0.5

@@ -13,7 +13,7 @@ from angen_sensors.residents.acting.path_search import Floor
 from angen_sensors.residents.acting.places import STAND, Place, Places, Storey
 from angen_sensors.residents.acting.timeline import STANDING, Stay
 from angen_sensors.residents.routine.routine import DAY
-from angen_sensors.sensor_logic.error import InputError
+from angen_sensors.sensor_logic.logs.error import InputError
 from tiers import mostly_slow
 
 ACTIVITIES = """

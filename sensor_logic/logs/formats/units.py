@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from ..error import InputError
-from ..kinds import KINDS
+from ..fields import LOGGED_KINDS
 from ..log import Event, as_logged
 from ..wording import hint, listed
 
@@ -99,7 +99,7 @@ class Units:
         InputError
             For a unit that the field cannot have, and for a name that the file does not have.
         """
-        published = {f.name: f.unit for kind in KINDS.values() for f in kind.events}
+        published = {f.name: f.unit for kind in LOGGED_KINDS.values() for f in kind.events}
         used: set[str] = set()
         ways: dict[tuple[str, str], tuple[float, float] | None] = {}
         for key, origin in fields.items():

@@ -22,7 +22,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import NamedTuple
 
-from ..kinds import KINDS
+from ..fields import LOGGED_KINDS
 from ..log import Event, Value
 from ..wording import listed
 from . import home_assistant, source
@@ -91,7 +91,7 @@ def read(path: Path) -> ParsedLog:
         ]
     names = dict.fromkeys(name for _, (name, *_) in rows)
     entities = entities_of(names)
-    published = {f.name: f.unit for kind in KINDS.values() for f in kind.events}
+    published = {f.name: f.unit for kind in LOGGED_KINDS.values() for f in kind.events}
     for line, (name, state, changed, unit) in rows:
         entity = entities.get(name)
         if entity is None:
@@ -143,7 +143,9 @@ def entities_of(names: Iterable[str]) -> dict[str, Entity]:
         fields[entity.sensor].add(entity.field)
     # Kinds share names of fields: use the first kind that has all fields of the sensor.
     for sensor, wanted in fields.items():
-        has_all = [k.identifier for k in KINDS.values() if wanted <= {f.name for f in k.events}]
+        has_all = [
+            k.identifier for k in LOGGED_KINDS.values() if wanted <= {f.name for f in k.events}
+        ]
         for name, entity in found.items():
             if has_all and entity.sensor == sensor:
                 found[name] = entity._replace(kind=has_all[0])
@@ -152,7 +154,7 @@ def entities_of(names: Iterable[str]) -> dict[str, Entity]:
 
 def _entity(name: str) -> Entity | None:
     domain, _, thing = name.partition(".")
-    published = [(kind, field) for kind in KINDS.values() for field in kind.events]
+    published = [(kind, field) for kind in LOGGED_KINDS.values() for field in kind.events]
     for kind, field in published:
         if thing.endswith(f"_{field.name}") and _fits(domain, field.type):
             sensor = thing.removesuffix(f"_{field.name}")

@@ -14,9 +14,7 @@ from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 
-from ..kind import RAYS
-from ..kinds import KINDS
-from ..parameters import defaults
+from ..fields import LOGGED_KINDS
 from .log import Change, Channel, FormatFiles, Log, slug, unique
 
 # ROS 2 messages: definitions, and encoding in CDR (OMG DDSI-RTPS 2.5, chapter 10).
@@ -249,7 +247,7 @@ def _of_change(
     schema = BY_QUANTITY.get(channel.quantity) or BY_TYPE.get(channel.type, NUMBER)
     data = _bytes(schema, time, frame, change, greatest)
     yield _Message(time * 1000, topic, schema, data, _about(channel))
-    if channel.quantity == "opening" and KINDS[channel.sensor.kind].requires(RAYS):
+    if channel.quantity == "opening" and LOGGED_KINDS[channel.sensor.kind].casts_rays:
         data = beam_message(time, frame, bool(change.value), _parameter(channel, "range_max"))
         # The changes themselves are in the topic of the field.
         about = {"holds": "beam"}
@@ -282,7 +280,7 @@ def _bytes(schema: str, time: int, frame: str, change: Change, greatest: float) 
 
 def _parameter(channel: Channel, name: str) -> float:
     """Return a parameter of the channel's sensor; the kind's default if it is unknown."""
-    default = defaults(KINDS[channel.sensor.kind].parameters).get(name, 0.0)
+    default = LOGGED_KINDS[channel.sensor.kind].defaults.get(name, 0.0)
     value = channel.sensor.parameters.get(name, default)
     return float(value) if isinstance(value, (int, float)) else 0.0
 
@@ -296,7 +294,7 @@ def _range_max(channel: Channel, greatest: float) -> float:
     found = _parameter(channel, "range_max")
     if "range_max" in channel.sensor.parameters or greatest <= found:
         return found
-    presets = (p.values.get("range_max", 0.0) for p in KINDS[channel.sensor.kind].presets)
+    presets = (p.get("range_max", 0.0) for p in LOGGED_KINDS[channel.sensor.kind].presets)
     return min((most for most in presets if most >= greatest), default=greatest)
 
 

@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ..error import InputError
+from ..fields import LOGGED_KINDS
 from ..files import read_text
-from ..kinds import KINDS
 from ..lines import KeyPath, line_of, read_toml
 
 Range = tuple[float, float]
@@ -182,10 +182,10 @@ def _fault(where: _Places, number: int, table: Mapping[str, Any]) -> Fault:
         else:
             values[key] = _names(place, key, value)
     for kind in values.get("kinds", ()):
-        if kind not in KINDS:
+        if kind not in LOGGED_KINDS:
             raise InputError(
                 f"{where.of('kinds', number)}: kind '{kind}' is unknown: choose one of "
-                f"{', '.join(KINDS)}"
+                f"{', '.join(LOGGED_KINDS)}"
             )
     if not set(table) - {"sensors", "kinds"}:
         raise InputError(

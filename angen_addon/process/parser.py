@@ -10,9 +10,9 @@ from typing import Any, NamedTuple, NoReturn, TypeVar
 
 from ...parts import VERBS, WITHOUT_BLENDER, installation, installed, part
 from ...sensor_logic.choice import SensorChoice
-from ...sensor_logic.error import InputError, replaced
 from ...sensor_logic.kinds import KINDS
-from ...sensor_logic.wording import hint
+from ...sensor_logic.logs.error import InputError, replaced
+from ...sensor_logic.logs.wording import hint
 
 T = TypeVar("T")
 

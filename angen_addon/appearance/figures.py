@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ....sensor_logic.model import Array, Pose
-from ...runtime.trace import CAST, RaysMet
+from ...sensor_logic.model import Array, Pose
+from ..runtime.trace import CAST, RaysMet
 
 Lines = NDArray[np.float32]
 # m. Lines on a surface are drawn this far in front of it, so that the surface does not hide them.

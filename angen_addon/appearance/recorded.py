@@ -7,10 +7,10 @@ from collections.abc import Iterable
 from typing import Any
 
 from ...sensor_logic.clock import Schedule
-from ...sensor_logic.error import AngenError
+from ...sensor_logic.logs.error import AngenError
+from ...sensor_logic.logs.wording import quoted
 from ...sensor_logic.parameters import is_chosen, label_of, specs, value_text
 from ...sensor_logic.recording.tracks import Recording, Track
-from ...sensor_logic.wording import quoted
 from ..scene.lengths import lengths_of
 from ..scene.sensors import Sensor, decimal, unit_scale
 from .facts import Explanation, Facts, at_frame

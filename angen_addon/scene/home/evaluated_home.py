@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...sensor_logic.model import Array
-from .instances import Uid
-from .rays.caster import RayCaster
-from .rays.geometry import triangles_of
-from .rays.solids import Solid
-from .sensors import unit_scale
+from ....sensor_logic.model import Array
+from ..instances import Uid
+from ..rays.caster import RayCaster
+from ..rays.geometry import triangles_of
+from ..rays.solids import Solid
+from ..sensors import unit_scale
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ import math
 from typing import Any
 
 from ..error import AngenError
-from ..kinds import KINDS
+from ..fields import LOGGED_KINDS
 from ..log import format_value
 from .log import FormatFiles, Log
 
@@ -40,9 +40,11 @@ def event_columns(log: Log) -> Columns:
 def sample_columns(log: Log) -> Columns:
     """Return the columns of all updates, with rows sorted by sensor name, then by time."""
     assert log.samples is not None
-    tracks = [log.samples.tracks[name] for name in sorted(log.samples.tracks)]
-    used = {name for track in tracks for name in track.columns}
-    types = {f.name: f.type for kind in KINDS.values() for f in kind.samples if f.name in used}
+    found = sorted(log.samples, key=lambda samples: samples.sensor)
+    used = {name for samples in found for name in samples.columns}
+    types = {
+        f.name: f.type for kind in LOGGED_KINDS.values() for f in kind.samples if f.name in used
+    }
     columns: Columns = {
         "time_s": (float, []),
         "frame": (float, []),
@@ -52,15 +54,15 @@ def sample_columns(log: Log) -> Columns:
         **{name: (of, []) for name, of in types.items()},
     }
     rooms = {sensor.name: sensor.room for sensor in log.sensors}
-    for track in tracks:
-        count = len(track)
-        columns["time_s"][1].extend(track.times)
-        columns["frame"][1].extend(track.frames)
-        columns["sensor"][1].extend([track.sensor] * count)
-        columns["kind"][1].extend([track.kind_name] * count)
-        columns["room"][1].extend([rooms.get(track.sensor, "")] * count)
+    for samples in found:
+        count = len(samples.times)
+        columns["time_s"][1].extend(samples.times)
+        columns["frame"][1].extend(samples.frames)
+        columns["sensor"][1].extend([samples.sensor] * count)
+        columns["kind"][1].extend([samples.kind] * count)
+        columns["room"][1].extend([rooms.get(samples.sensor, "")] * count)
         for name, of in types.items():
-            columns[name][1].extend(_plain(of, track.columns.get(name), count))
+            columns[name][1].extend(_plain(of, samples.columns.get(name), count))
     return columns
 
 
@@ -79,7 +81,7 @@ TYPES = {bool: "bool_", int: "int64", float: "float64", str: "string"}
 def write(log: Log) -> FormatFiles:
     """Return the log as a Parquet file. Raise AngenError if pyarrow is missing."""
     pyarrow = _pyarrow()
-    columns = sample_columns(log) if log.samples else event_columns(log)
+    columns = sample_columns(log) if log.samples is not None else event_columns(log)
     about = {f"angen.{key}": value for key, value in log.about.items()}
     about["angen.start"] = log.start.isoformat()
     arrays = {

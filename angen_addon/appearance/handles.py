@@ -14,9 +14,9 @@ from typing import Any
 import bpy
 import numpy as np
 
+from ...sensor_logic.logs.wording import Lengths
 from ...sensor_logic.model import Array
 from ...sensor_logic.parameters import Spec, format_quantity, is_chosen, label_of, specs
-from ...sensor_logic.wording import Lengths
 from ..scene.sensors import Sensor, unit_scale
 
 # Least value (m, rad) of a dragged parameter that must be above 0.

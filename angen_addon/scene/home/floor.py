@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ...sensor_logic.model import Array
-from ..progress import Steps
+from ....sensor_logic.model import Array
+from ....sensor_logic.progress import Steps
 from .evaluated_home import EvaluatedHome
 from .rooms import Mask
 

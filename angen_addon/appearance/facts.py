@@ -7,8 +7,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
-from ...sensor_logic.log import format_frame
-from ...sensor_logic.wording import percent, typed
+from ...sensor_logic.logs.log import format_frame
+from ...sensor_logic.logs.wording import percent, typed
 
 # Pairs of a name and a value.
 Facts = list[tuple[str, str]]

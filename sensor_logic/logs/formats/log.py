@@ -12,9 +12,9 @@ import unicodedata
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta, tzinfo
+from typing import Any
 
 from ..log import Event, Value, moment
-from ..recording.tracks import Recording
 
 # The start of a log without dates. Its seconds are then seconds since 1970.
 DEFAULT_START = datetime(1970, 1, 1)
@@ -88,6 +88,17 @@ class LoggedActivity:
     room: str = ""
 
 
+@dataclass(frozen=True, eq=False)
+class LoggedSamples:
+    """All updates of one sensor: the time in s and the frame of each, and its values by field."""
+
+    sensor: str
+    kind: str
+    times: Sequence[float]
+    frames: Sequence[float]
+    columns: Mapping[str, Sequence[Any]]
+
+
 @dataclass(frozen=True)
 class Log:
     """All changes of sensors' fields in time order, with data about the home.
@@ -101,7 +112,7 @@ class Log:
     about
         Texts by name: the home, the seed and versions.
     samples
-        The recording of all updates, if the log was made from one.
+        All updates of each sensor, if the log was made from a recording.
     has_states
         Whether the first change of each channel is its initial state. If not, as in CASAS, initial
         states are unknown, and all changes are updates.
@@ -111,7 +122,7 @@ class Log:
     start: datetime = DEFAULT_START
     activities: tuple[LoggedActivity, ...] = ()
     about: Mapping[str, str] = field(default_factory=dict)
-    samples: Recording | None = None
+    samples: tuple[LoggedSamples, ...] | None = None
     has_states: bool = True
 
     @property

@@ -16,11 +16,10 @@ from mathutils import Vector
 from mathutils.bvhtree import BVHTree
 from numpy.typing import NDArray
 
-from ...sensor_logic.model import Array
-from .first_surface import belongs_to, first_surface
-from .marks import COVERAGE_MARK
-from .rays.geometry import faces_along
-from .sensors import (
+from ....sensor_logic.model import Array
+from ..marks import COVERAGE_MARK
+from ..rays.geometry import faces_along
+from ..sensors import (
     NotPlaced,
     is_placed,
     noted_room,
@@ -29,6 +28,7 @@ from .sensors import (
     room_of_collections,
     unit_scale,
 )
+from .first_surface import belongs_to, first_surface
 
 Mask = NDArray[np.bool_]
 

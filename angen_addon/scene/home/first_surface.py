@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 from mathutils import Vector
 
-from .sensors import unit_scale
+from ..sensors import unit_scale
 
 UP = Vector((0.0, 0.0, 1.0))
 # The greatest number of objects that a ray goes through.

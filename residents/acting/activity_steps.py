@@ -7,8 +7,8 @@ import re
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
-from ...sensor_logic.error import InputError
-from ...sensor_logic.toml_table import suggestion
+from ...sensor_logic.logs.error import InputError
+from ...sensor_logic.logs.toml_table import suggestion
 from ..routine.routine import AWAY, Routine, RoutineActivity, seconds
 from .places import LIE, SIT, USE, Place, Places
 from .timeline import AWAY as GONE

@@ -9,9 +9,9 @@ from collections.abc import Iterable
 from typing import Any
 
 from ...sensor_logic.parameters import specs
-from ..layout import measured
 from ..runtime.time_base import evaluated_depsgraph
 from ..scene.sensors import Sensor, decimal
+from . import measured
 
 
 def describe(sensor: Sensor) -> dict[str, Any]:

@@ -20,12 +20,30 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ..error import InputError, explained, replaced
+from ..fields import LOGGED_KINDS, Field
 from ..files import read_text
-from ..kind import Field
-from ..kinds import KINDS
-from ..log import COLUMN, HEADER, Event, Time, Value, format_value, parse_start, read_events, to_csv
-from ..recording.tracks import Recording
-from .log import DEFAULT_START, Change, Channel, Log, LoggedActivity, SensorFacts, in_zone, since
+from ..log import (
+    COLUMN,
+    HEADER,
+    Event,
+    Time,
+    Value,
+    format_value,
+    parse_start,
+    read_events,
+    to_csv,
+)
+from .log import (
+    DEFAULT_START,
+    Change,
+    Channel,
+    Log,
+    LoggedActivity,
+    LoggedSamples,
+    SensorFacts,
+    in_zone,
+    since,
+)
 from .units import UnitOf
 
 # The result of a reader: changes with dates.
@@ -82,7 +100,7 @@ def field_of(quantity: str) -> tuple[str, str]:
 
     Raise ValueError if there is none.
     """
-    for kind in KINDS.values():
+    for kind in LOGGED_KINDS.values():
         for published in kind.events:
             if published.type is bool and published.quantity == quantity:
                 return kind.identifier, published.name
@@ -162,7 +180,7 @@ def make_log(
     start: datetime = DEFAULT_START,
     activities: Iterable[LoggedActivity] = (),
     about: Mapping[str, str] | None = None,
-    samples: Recording | None = None,
+    samples: tuple[LoggedSamples, ...] | None = None,
     has_states: bool = True,
 ) -> Log:
     """Return a `Log` of events, after a check of their kinds, fields, values and times.
@@ -176,7 +194,7 @@ def make_log(
     about
         Texts about the home, by name.
     samples
-        The recording of all updates, if there is one.
+        All updates of each sensor, if they are known.
     has_states
         Whether the first event of each field is its initial state.
 
@@ -221,10 +239,10 @@ def channel_of(sensor: SensorFacts, published: Field) -> Channel:
 
 
 def _field(where: str, event: Event[float]) -> Field:
-    kind = KINDS.get(event.kind)
+    kind = LOGGED_KINDS.get(event.kind)
     if kind is None:
         raise InputError(
-            f"{where}: kind '{event.kind}' is unknown: choose one of {', '.join(KINDS)}"
+            f"{where}: kind '{event.kind}' is unknown: choose one of {', '.join(LOGGED_KINDS)}"
         )
     for published in kind.events:
         if published.name == event.field:
@@ -550,7 +568,7 @@ def _change(time: datetime, entry: KeyRow, word: str, line: int) -> Event[dateti
 
 
 def _is_boolean(entry: KeyRow) -> bool:
-    fields = KINDS[entry.kind].events if entry.kind in KINDS else ()
+    fields = LOGGED_KINDS[entry.kind].events if entry.kind in LOGGED_KINDS else ()
     return any(field.name == entry.field and field.type is bool for field in fields)
 
 

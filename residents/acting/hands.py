@@ -1,0 +1,259 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The hands of a person: work, things that are carried, and the handles of doors and drawers."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+
+from ...sensor_logic.model import Array
+from ..body.moves import shifted
+from ..body.poses import carrying, drinking, reaching
+from ..body.turns import ease
+from ..routine.timetable import Stream
+from .actor import Actor
+from .home_in_use import HomeInUse
+from .path_search import yaw_to
+from .places import Door, Place
+from .timeline import LYING, SITTING, Gesture, Hold
+
+# Working hands stay at a spot for SPOT_TIME s (median, log-normal spread) and take MOVE_TIME s to
+# the next spot. Spots are up to WIDE m to the sides and DEEP m towards the body.
+SPOT_TIME, MOVE_TIME, WIDE, DEEP = (2.5, 1.0), 0.7, 0.18, 0.08
+# How far a hand follows a leaf: rad, by the side of the door (see `Door.side`); m if it slides.
+FOLLOWS = {1.0: 0.73, -1.0: 0.49}
+SLIDES_ALONG = 0.6
+GRIP = 0.05  # from the handle's point in the leaf to the hand, m
+# Durations of a hand's way to a point, of the movement of a leaf, and of drinking, s.
+REACH, SWING, DRINK = 0.6, 1.7, 3.6
+
+
+def working_hands(
+    point: Array, yaw: float, began: float, seconds: float, stream: Stream
+) -> Callable[[float, Array], Array]:
+    """Return a function that gives the positions of a hand at work.
+
+    The function takes a sign (+1 for the left hand, −1 for the right one) and times (n,) in s. It
+    returns the hand's positions (n, 3). The hands move between random points around `point`.
+
+    Parameters
+    ----------
+    point : array, shape (3,)
+        The point at which the person works, m.
+    yaw : float
+        The direction in which the person looks, rad.
+    began, seconds : float
+        Start and duration of the work, s.
+    stream : Stream
+        Source of the random numbers.
+    """
+    across = np.array([-math.sin(yaw), math.cos(yaw), 0.0])
+    nearer = -np.array([math.cos(yaw), math.sin(yaw), 0.0])
+    begins, spots = _random_offsets(seconds, stream)
+    spots = spots @ np.stack([across, nearer])
+
+    def hand(sign: float, times: Array) -> Array:
+        since = times - began
+        index = np.searchsorted(begins, since, side="right") - 1
+        share = ease((since - begins[index]) / MOVE_TIME)[:, None]
+        spot = spots[index] + (spots[index + 1] - spots[index]) * share
+        rub = np.stack(
+            [0.02 * np.sin(7 * since), 0 * since, 0.012 * np.sin(5.1 * since + sign)], -1
+        )
+        moved: Array = spot + point + sign * (0.045 * across + rub)
+        return moved
+
+    return hand
+
+
+def hand_on_handle(
+    door: Door, here: Array, moves: tuple[float, float], start: float, seconds: float
+) -> Callable[[Array], Array]:
+    """Return a function that gives the positions of a hand on a door handle.
+
+    The function takes times (n,) in s and returns positions (n, 3). The hand follows the moving
+    door leaf as far as the arm reaches.
+
+    Parameters
+    ----------
+    door : Door
+        The door or drawer.
+    here : array, shape (2,)
+        Where the person stands, m.
+    moves : tuple of 2 floats
+        The leaf's rotation (rad) or shift (m) before and after the movement.
+    start, seconds : float
+        Start and duration of the movement, s.
+    """
+    limit = SLIDES_ALONG if door.slides else FOLLOWS[door.side(here)]
+    away = yaw_to(door.handle_at(door.closed), here)
+    towards = GRIP * np.array([math.cos(away), math.sin(away), 0.0])
+    before, after = moves
+
+    def grip(times: Array) -> Array:
+        out = before + (after - before) * ease((times - start) / seconds) - door.closed
+        near = door.closed + limit * np.tanh(out / limit)
+        return np.array([door.handle_at(float(one)) for one in near]) + towards
+
+    return grip
+
+
+def _random_offsets(seconds: float, stream: Stream) -> tuple[Array, Array]:
+    """Draw random positions of working hands, as offsets (to the left, towards the body) in m.
+
+    Return two arrays: the times (n,) at which the hands move on, in s from 0, and the offsets (n +
+    1, 2).
+    """
+    begins, spots = [0.0], [(0.0, 0.0), (0.0, 0.0)]
+    while (after := begins[-1] + max(stream.log_normal(*SPOT_TIME), MOVE_TIME)) < seconds:
+        begins.append(after)
+        spots.append((WIDE * (2 * stream.uniform() - 1), DEEP * stream.uniform()))
+    return np.array(begins), np.array(spots)
+
+
+class Hands:
+    """The hands of a person, and what they hold.
+
+    Attributes
+    ----------
+    actor : Actor
+        The person.
+    home : HomeInUse
+        The home, which records what the hands change.
+    held : dict of str to tuple
+        For each thing in a hand, by its name: the hand (0 left, 1 right), and the time, s, at which
+        it was taken.
+    """
+
+    def __init__(self, actor: Actor, home: HomeInUse) -> None:
+        self.actor, self.home = actor, home
+        self.held: dict[str, tuple[int, float]] = {}
+
+    def free_hand_for(self, point: Array) -> int:
+        """Return the hand that reaches for a point (3,): 0 left, 1 right.
+
+        This is the hand nearer to the point, or the other one if that hand holds something.
+        """
+        x, y = self.actor.body.pose.pelvis[0, :2]
+        yaw = float(self.actor.body.pose.heading[0])
+        side = 0 if -(point[0] - x) * math.sin(yaw) + (point[1] - y) * math.cos(yaw) > 0.02 else 1
+        return 1 - side if side in self._full else side
+
+    @property
+    def _full(self) -> list[int]:
+        """The hands that hold something."""
+        return [hand for hand, _ in self.held.values()]
+
+    def move_hand(
+        self, side: int, point: Callable[[Array], Array], seconds: float,
+        rise: float = REACH, fall: float = 0.55, most: float = 1.0, begins: float = 0.0,
+    ) -> None:  # fmt: skip
+        """Add a gesture that moves a hand.
+
+        Parameters
+        ----------
+        side : int
+            0 for the left hand, 1 for the right one.
+        point : callable
+            Takes times (n,) and returns the positions of the hand, shape (n, 3), m.
+        seconds : float
+            The duration.
+        rise, fall : float, optional
+            The time in which the hand reaches the positions, and leaves them at the end, s.
+        most : float, optional
+            Limit to how far the trunk leans towards the point, 0 … 1. A lying person never leans.
+        begins : float, optional
+            The time from now to the start, s.
+        """
+        sits, lies = self.actor.posture == SITTING, self.actor.posture == LYING
+        slide, most = (0.12 if sits else -0.03), (0.0 if lies else most)
+        self.actor.body.add_gesture(
+            seconds, rise, fall,
+            lambda pose, t, w: reaching(pose, side, point(t), w, slide, most), begins,
+        )  # fmt: skip
+
+    def touch(self, point: Array) -> float:
+        """Touch a point (3,) with a free hand, and return the time of contact, s."""
+        self.move_hand(self.free_hand_for(point), lambda _t: point, 1.8, 0.9, 0.8)
+        at = self.actor.now + 0.95
+        self.actor.stay_until(self.actor.now + 1.85)
+        return at
+
+    def work(self, point: Array, seconds: float, stream: Stream) -> None:
+        """Work with both hands around a point (3,), as in cooking; a cat makes small movements."""
+        body, rise = self.actor.body, min(0.8, seconds / 2)
+        if self.actor.build.is_cat:
+            body.add_gesture(seconds, rise, rise, shifted)
+        else:
+            hand = working_hands(point, float(body.pose.heading[0]), body.now, seconds, stream)
+            for side, sign in ((0, 1.0), (1, -1.0)):
+                if side not in self._full:
+                    self.move_hand(side, partial(hand, sign), seconds, rise, rise)
+        self.actor.stay_until(body.now + seconds)
+
+    def take(self, thing: str, point: Array) -> None:
+        """Touch an object at a point (3,), such as a cup, and take it into the hand.
+
+        `thing` is the object's name.
+        """
+        side = self.free_hand_for(point)
+        at = self.touch(point)
+        self.held[thing] = side, at
+        self.home.holds.setdefault(thing, []).append(Hold(at, side, person=self.actor.name))
+
+    def put(self, thing: str, place: Place) -> None:
+        """Put a held object down at a place; `thing` is the object's name."""
+        at = self.touch(place.target)
+        self._release(thing, at)
+        self.home.holds[thing].append(Hold(at, None, self.home.put_position(thing, place)))
+
+    def drink(self, thing: str) -> None:
+        """Move the hand that holds a cup to the mouth; `thing` is the cup's name."""
+        side, _ = self.held[thing]
+        self.actor.body.add_gesture(DRINK, 1.1, 1.0, lambda pose, _t, w: drinking(pose, side, w))
+        self.home.sips.setdefault(thing, []).append(sip_gesture(self.actor.now))
+        self.actor.stay_until(self.actor.now + DRINK + 0.1)
+
+    def _release(self, thing: str, at: float) -> None:
+        """Take an object out of the hand at the time `at`, and add the gesture of carrying it."""
+        side, since = self.held.pop(thing)
+        carried = Gesture(since - 0.4, at + 0.5, 0.8, 0.7,
+                          lambda pose, _t, w: carrying(pose, side, w), steady=True)  # fmt: skip
+        self.actor.body.timeline.gestures.append(carried)
+
+    def empty(self) -> None:
+        """Take all things out of the hands, at the end of a day."""
+        for thing in list(self.held):
+            self._release(thing, self.actor.now + 1.0)
+
+    # Doors and drawers.
+
+    def move_leaf(self, door: Door, after: float) -> None:
+        """Move a door leaf to the opening `after` (rad or m), with a hand on the handle.
+
+        While the leaf opens, the hand follows the first part of the movement. While it closes, the
+        hand follows the last part.
+        """
+        actor, hand = self.actor, self.free_hand_for(door.handle_at(door.closed))
+        opening = abs(after - door.closed) > 0.02
+        start = actor.now + (REACH if opening else 0.1)
+        end = start + SWING
+        grip = hand_on_handle(door, actor.position, (self.home.opening(door), after), start, SWING)
+        self.home.record_swing(door, start, end, after, actor.name)
+        if opening:
+            self.move_hand(hand, grip, start + 1.1 - actor.now, most=0.25)
+            actor.stay_until(end - 0.25)
+        else:
+            self.move_hand(hand, grip, 1.7, most=0.25, begins=end - 1.15 - actor.now)
+            actor.stay_until(end + 0.55)
+
+
+def sip_gesture(began: float) -> Gesture:
+    """Return a gesture whose weight (0 to 1) is how far a cup is tilted.
+
+    The person begins to drink at the time `began`, s. The gesture does not move the body.
+    """
+    return Gesture(began + 0.5, began + 3.1, 0.9, 0.8, lambda pose, _t, _w: pose)

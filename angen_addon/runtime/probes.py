@@ -17,7 +17,7 @@ from ..scene.light.changes import LightChanges
 from ..scene.light.cycles import CyclesLight, Steps, request_key
 from ..scene.light.probe import LightRequest, measuring
 from ..scene.rays.caster import RayCaster, Rays
-from ..scene.rays.frames import FrameCopies
+from ..scene.rays.frames import Frames
 from ..scene.rays.places import PlaceReader
 from ..scene.rays.reference import SceneRayCaster
 from ..scene.rays.sweep import Sweeper
@@ -47,6 +47,8 @@ class Probes:
     ----------
     caster
         The ray caster; by default a new one of the sort that the scene's settings name.
+    capture
+        Reads the frames of the scene at which the ray caster casts.
     surfaces
         The probes for the properties of the surfaces that rays hit, by the names of the queries.
     sweeper
@@ -58,8 +60,6 @@ class Probes:
         solids.
     known_forces
         The forces on the pad whose updates are being computed, by whole frame.
-    frame
-        The index of the present frame among the stored frames, while frames are not batched.
     """
 
     def __init__(self, scene: Any, caster: RayCaster | None = None) -> None:
@@ -76,8 +76,7 @@ class Probes:
         self.names: dict[int, str] = {}
         self._named_listing = -1
         self.known_forces: dict[int, PadForces] = {}
-        self.frame = 0
-        self._copies: FrameCopies | None = None
+        self.capture = self.caster.capture
         # By the sensor's name: the request with the state of the scene, and the measured light.
         self._measured: dict[str, tuple[Any, LightSample]] = {}
         self._lighting = LightChanges()
@@ -106,7 +105,7 @@ class Probes:
         `frame` is the present whole frame, or None if no sensor needs the motion of objects. `due`
         lists the pads that publish at this frame, so that their forces at it will be needed.
         """
-        self._update(depsgraph)
+        self._query(depsgraph, self.capture.read(depsgraph))
         if frame is not None:
             self.look_at_motion(depsgraph, frame, due)
 
@@ -131,58 +130,19 @@ class Probes:
         if len(self.caster.frames) > 1:
             self.caster.frames.show(self._solids, frame)
 
-    @property
-    def is_full(self) -> bool:
-        """Whether the stored frames must be sensed before another one can be stored."""
-        return self._copies is None or self._copies.full
-
-    @property
-    def can_store_next(self) -> bool:
-        """Whether the next frame can be stored without listing the solids anew."""
-        return self._copies is not None and not self.must_list
-
-    @property
-    def must_list(self) -> bool:
-        """Whether objects may have been added or removed since the solids were listed."""
-        return self._solids.must_list
-
-    def store_frame(self, watched: Any) -> bool:
-        """Store a frame, so that rays can be cast at it later; return whether this was possible.
-
-        If objects may have been added or removed, it is not possible. Then call
-        `store_first_frame`, which lists the solids anew. `watched` is the depsgraph from which
-        poses are stored: either of the whole scene, or of a temporary scene with only the moving
-        objects.
-        """
-        return self._copies is not None and self._copies.add(watched)
-
-    def store_first_frame(self, depsgraph: Any, watched: Any) -> None:
-        """List the solids anew, and store the first frame of a batch.
-
-        `depsgraph` is the depsgraph of the whole scene, which must be at this frame. `watched` is
-        the depsgraph from which poses are stored, as in `store_frame`.
-        """
-        solids = self._solids
-        # A frame with a new list is sensed alone: instances may be gone at the next frame.
-        is_current = solids.is_current(depsgraph) and not isinstance(self.caster, SceneRayCaster)
-        self._update(depsgraph)
-        self._copies = FrameCopies(solids, watched) if is_current else None
+    def prepare_pads(self, depsgraph: Any) -> None:
+        """Make what the forces on pads need of all bodies, so that it depends on no later frame."""
         if self._pads:
             self._contacts.prepare(depsgraph, unit_scale(depsgraph.scene), self._pads)
-        if self._copies is not None and not self._copies.add(watched):
-            self._copies = None
-            solids.forget()
-            self._update(depsgraph)
-
-    def _update(self, depsgraph: Any) -> None:
-        self.caster.update(depsgraph)
-        if self._exact is not self.caster:
-            self._exact.update(depsgraph)
 
     def query_stored_frames(self, depsgraph: Any) -> None:
-        """Let the next rays be cast at the stored frames, not at the present frame."""
-        if self._copies is not None and len(self._copies):
-            self.caster.show(depsgraph, self._copies.finish())
+        """Let the next rays be cast at the frames captured since the last call."""
+        self._query(depsgraph, self.capture.finish())
+
+    def _query(self, depsgraph: Any, frames: Frames) -> None:
+        self.caster.show(depsgraph, frames)
+        if self._exact is not self.caster:
+            self._exact.show(depsgraph, frames)
 
     def hits(self, need: str, sensor: Uid, bundle: int, rays: Rays, count: int) -> Answers:
         """Return the hits of the rays that the last query `need` cast, as read-only `RayHits`.

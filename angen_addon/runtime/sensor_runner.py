@@ -58,6 +58,9 @@ from ..scene.units import kilograms
 from .probes import Probes
 from .trace import CAST, PlacedStep, Query, RaysMet, Read, Swept, Trace
 
+# The index of the only frame of a batch.
+PRESENT = np.zeros(1, np.intp)
+
 # Answers to models' queries. In all of them, `which` (k,) has the indices of the updates that a
 # query is about; None means all. A new property of surfaces needs a probe in `scene/surfaces/`, any
 # other quantity a function here and an entry in `ANSWERS`.
@@ -490,10 +493,8 @@ class SensorRunner:
         The evaluated scene must be at this step. `due` says whether the sensor publishes at this
         step. Raise AngenError if the sensor cannot be read.
         """
-        read, frame = self.read(depsgraph, probes.edits), np.array([probes.frame])
-        return next(
-            self.pending(SensorSteps.of(step, number, due), frame, [read], depsgraph, probes), None
-        )
+        steps, reads = SensorSteps.of(step, number, due), [self.read(depsgraph, probes.edits)]
+        return next(self.pending(steps, PRESENT, reads, depsgraph, probes), None)
 
     def watch(self, step: int, depsgraph: Any, probes: Probes) -> None:
         """Sense at a step between two updates; raise AngenError if the sensor cannot be read."""
@@ -617,8 +618,7 @@ def all_rays(
         while len(trace.bundles) > known:
             known = len(trace.bundles)
             steps = SensorSteps.of(runner.schedule.step(number), number)
-            frame = np.array([probes.frame])
-            runner._pending(read, steps, frame, depsgraph, probes).readings()
+            runner._pending(read, steps, PRESENT, depsgraph, probes).readings()
             number += 1
     return trace
 

@@ -283,6 +283,7 @@ class Stage:
         evaluated_depsgraph()
         self.probes = Probes(scene)
         self.probes.set_sensors(runner.sensor for runner in runners)
+        self._capture = self.probes.capture
         self.light_updates: list[PendingUpdates] = []
         sensors = [runner.sensor for runner in runners]
         changes = any(
@@ -319,7 +320,7 @@ class Stage:
         # A pending edit must not count as a change by the frame.
         evaluated_depsgraph()
         self.probes.note_edits()
-        return self._moving is not None and self.probes.must_list
+        return self._moving is not None and self._capture.solids.must_list
 
     def begin_anew(self, moving: MovingScene | None) -> None:
         """Use another scene of moving objects from now on; with None, use only the user's scene.
@@ -347,16 +348,15 @@ class Stage:
         depsgraph, watched, is_whole = self._evaluate(window, steps[0], sensed, fresh)
         if not sensed:
             return
-        if not self._batches:
-            self.probes.look(depsgraph, None)
-        elif not self.probes.store_frame(watched):
+        if not self._capture.add(watched):
             if not self.has_sensed_all:
                 # Objects came or went: sense the stored frames while their solids are listed.
                 yield from self.sense(window, self.evaluate(self._batch.last))
                 is_whole = False
             # New objects are not in the scene at the earlier frame.
             depsgraph = depsgraph if is_whole else self.evaluate(steps[0])
-            self.probes.store_first_frame(depsgraph, watched)
+            if self._capture.add_first(depsgraph, watched) and self._batches:
+                self.probes.prepare_pads(depsgraph)
         before = self._batch.last
         self._batch.steps.append(sensed[0])
         self._batch.last = sensed[-1]
@@ -367,7 +367,7 @@ class Stage:
             self._batch.steps.pop()
             self._batch.last = before
             raise
-        if self.is_due or self.probes.is_full:
+        if self.is_due or self._capture.full:
             yield from self.sense(window, depsgraph)
 
     def _evaluate(
@@ -384,7 +384,7 @@ class Stage:
         if self._moving is None:
             depsgraph = self.evaluate(step) if fresh else evaluated_depsgraph()
             return depsgraph, depsgraph, True
-        whole = is_read or not self.probes.can_store_next
+        whole = is_read or self._capture.solids.must_list
         depsgraph = self.evaluate(step) if whole else evaluated_depsgraph()
         # Light depends on the user's scene, not on the scene of moving objects.
         self.probes.expect_light(False)

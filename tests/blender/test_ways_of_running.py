@@ -193,6 +193,17 @@ def test_what_leaves_for_far_away_in_one_step_is_missed_there(world):
     assert [frame for frame, on in enumerate(seen, 1) if on] == [5, 9, 13, 17]
 
 
+def test_what_returns_as_a_mesh_gets_other_faces_is_met_there(world):
+    """The other faces end a batch of frames, and the door is where it was before that batch."""
+    world.switch()
+    world.door(6, 12, 18)
+    blob = world.box((1, 1, 1), (9, 0, 0), "blob")
+    blob.modifiers.new("finer", "SUBSURF")
+    world.key(blob, 'modifiers["finer"].levels', {1: 1, 18: 2}, "CONSTANT")
+    track = world.run(1, 20).tracks["switch"]
+    assert [frame for frame, on in enumerate(track.active, 1) if on] == [*range(6, 12), 18, 19, 20]
+
+
 # Random scenes, and edits
 
 

@@ -62,7 +62,7 @@ class ContactTracker:
     def look(
         self, depsgraph: Any, frame: int, metres: float, pads: Sequence[Pad], due: Sequence[Uid]
     ) -> None:
-        """Read the scene at a frame. Call this after `Solids.sync`.
+        """Read the scene at a frame. The solids must be at this frame.
 
         Parameters
         ----------

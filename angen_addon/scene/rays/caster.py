@@ -24,7 +24,7 @@ from ....sensor_logic.model import Answers, Array
 from ..instances import Uid
 from . import changing_shapes
 from .changing_shapes import RayPicture, apex_of, pictures_of, rotated
-from .frames import Frames
+from .frames import Capture, Frames
 from .geometry import Geometry
 from .solids import Solids, inverted
 
@@ -209,7 +209,8 @@ class RayCaster:
 
     def __init__(self, solids: Solids | None = None) -> None:
         self.solids = solids or Solids()
-        self.frames = Frames.present(self.solids)
+        self.capture = Capture(self.solids)
+        self.frames = Frames.unchanged(self.solids)
         # The latest return value of `see_at`.
         self.seen = Answers([], np.zeros(0, np.intp))
         self._bundles: dict[tuple[Uid, int], CastBundle] = {}
@@ -218,8 +219,7 @@ class RayCaster:
 
     def update(self, depsgraph: Any) -> None:
         """Read the changes of the scene. Call this after each evaluation, before casting rays."""
-        self.solids.sync(depsgraph)
-        self.show(depsgraph, Frames.present(self.solids))
+        self.show(depsgraph, self.capture.read(depsgraph))
 
     def show(self, depsgraph: Any, frames: Frames) -> None:
         """Set the batch of frames at which later calls cast rays."""
@@ -355,7 +355,7 @@ class RayCaster:
         Parameters
         ----------
         depsgraph
-            The evaluated depsgraph of the last `Solids.sync`.
+            The evaluated depsgraph from which the solids were read last.
         rows
             Rows of the solids at which rays are cast.
         origins

@@ -50,18 +50,12 @@ class Frames:
         self.surfaces: dict[int, list[Surface]] = {}
 
     @classmethod
-    def present(cls, solids: Solids) -> Frames:
-        """Return a single frame, with the solids as at the last synchronisation."""
+    def unchanged(cls, solids: Solids, count: int = 1) -> Frames:
+        """Return `count` equal frames, with the solids as they were read last."""
         rows = np.flatnonzero(solids.moving)
-        matrix, lo, hi = solids.matrix[None, rows], solids.lo[None, rows], solids.hi[None, rows]
-        return cls(rows, matrix, lo, hi, solids.version[None, rows])
-
-    @classmethod
-    def unchanged(cls, solids: Solids, count: int) -> Frames:
-        """Return `count` equal frames, with the solids as at the last synchronisation."""
-        one = cls.present(solids)
-        matrix, lo, hi = (np.repeat(part, count, axis=0) for part in (one.matrix, one.lo, one.hi))
-        return cls(one.rows, matrix, lo, hi, np.repeat(one.version, count, axis=0))
+        placed = solids.matrix[rows], solids.lo[rows], solids.hi[rows]
+        matrix, lo, hi = (np.repeat(part[None], count, axis=0) for part in placed)
+        return cls(rows, matrix, lo, hi, np.repeat(solids.version[None, rows], count, axis=0))
 
     def __len__(self) -> int:
         return len(self.version)
@@ -80,32 +74,88 @@ class Frames:
         return surface
 
 
-class FrameCopies:
-    """Collects copies of the moving solids frame by frame, and returns them as `Frames`."""
+class Capture:
+    """Reads an evaluated scene frame by frame: copies its solids into batches, as `Frames`.
 
-    def __init__(self, solids: Solids, depsgraph: Any) -> None:
-        self._solids = solids
-        objects = list(depsgraph.objects)
-        uids = [evaluated.original.session_uid for evaluated in objects]
-        self._uids = set(uids)
-        self._listed = pointers_of(depsgraph)
-        self._solid_of = [solids.row_of((uid,)) for uid in uids]
-        self._world = self._read_matrices(depsgraph)
+    Parameters
+    ----------
+    single
+        Whether each batch is a single frame.
+
+    Attributes
+    ----------
+    solids
+        The list of solids. It has their state at the last frame of the last finished batch.
+    """
+
+    def __init__(self, solids: Solids, single: bool = False) -> None:
+        self.solids = solids
+        self._single = single
+        # The pointer of the depsgraph that was copied last, and of its objects the pointers, the
+        # session uids, and the row of each one's solid.
+        self._watched = 0
+        self._listed: list[int] = []
+        self._uids: set[int] = set()
+        self._solid_of: list[int | None] = []
+        # Matrices at the last frame of the batch before, and at each frame of this batch.
+        self._world = np.empty(0, np.float32)
         self._worlds: list[NDArray[np.float32]] = []
-        # Surfaces of the objects that change shape, by session uid: before the first frame, and
-        # at each frame at which Blender reported a change.
-        self._before: dict[int, Surface] = {}
+        # Surfaces of the objects that change shape, by session uid: at the last frame, and at each
+        # frame at which Blender reported a change.
+        self._latest: dict[int, Surface] = {}
         self._shapes: list[dict[int, Surface]] = []
         self._keeps_faces: dict[int, bool] = {}
         self._bytes = 0
+        # Whether the batch is one frame at which the solids were listed.
+        self._is_new = False
 
     def __len__(self) -> int:
         return len(self._worlds)
 
     @property
     def full(self) -> bool:
-        """Whether the batch has reached its limit of frames or of memory."""
-        return len(self) >= MOST_FRAMES or self._bytes >= MOST_BYTES
+        """Whether the batch has reached its limit of frames or of memory.
+
+        A frame with a new list is a batch of its own: instances may be gone at the next frame.
+        """
+        alone = self._is_new or self._single
+        return alone or len(self) >= MOST_FRAMES or self._bytes >= MOST_BYTES
+
+    def read(self, depsgraph: Any) -> Frames:
+        """Return the present frame of an evaluated scene, as a batch of a single frame."""
+        if not self.add(depsgraph):
+            self.add_first(depsgraph, depsgraph)
+        return self.finish()
+
+    def add_first(self, depsgraph: Any, watched: Any) -> bool:
+        """Copy the first frame of a batch after `add` has returned False.
+
+        Return whether the solids had to be listed anew. `depsgraph` is the depsgraph of the whole
+        scene, which must be at this frame. `watched` is the depsgraph from which poses are copied,
+        as in `add`.
+        """
+        self._is_new = not self.solids.is_current(depsgraph)
+        if self._is_new:
+            self.solids.list_again(depsgraph)
+            self._watched = 0
+        else:
+            self._watch(watched)
+            self.add(watched)
+        return self._is_new
+
+    def _watch(self, depsgraph: Any) -> None:
+        """Copy poses from another depsgraph from now on."""
+        solids, objects = self.solids, list(depsgraph.objects)
+        uids = [evaluated.original.session_uid for evaluated in objects]
+        self._uids = set(uids)
+        self._watched, self._listed = depsgraph.as_pointer(), pointers_of(depsgraph)
+        self._solid_of = [solids.row_of((uid,)) for uid in uids]
+        self._keeps_faces = {}
+        # The poses that the solids have so far, which can be those of an earlier frame.
+        self._world = self._read_matrices(depsgraph)
+        own = {at: row for at, row in enumerate(self._solid_of) if row is not None}
+        places = self._world.reshape(-1, 4, 4)
+        places[list(own)] = solids.matrix[list(own.values())].transpose(0, 2, 1)
 
     def _read_matrices(self, depsgraph: Any) -> NDArray[np.float32]:
         world = np.empty(len(self._solid_of) * 16, np.float32)
@@ -113,23 +163,26 @@ class FrameCopies:
         return world
 
     def add(self, depsgraph: Any) -> bool:
-        """Copy the solids at the present frame; return False if they must be listed again first.
+        """Copy the solids at the present frame; return False if the batch must end before it.
 
-        They must be listed again after objects appeared or vanished, or a mesh got other faces.
+        It ends where objects appeared or vanished, or a mesh got other faces. Then call `finish`,
+        and `add_first` for this frame.
         """
-        solids, shapes = self._solids, {}
-        if not (solids.is_settled and solids.has_objects_of(depsgraph, self._listed)):
+        solids, shapes = self.solids, {}
+        if depsgraph.as_pointer() != self._watched or not solids.is_settled:
+            return False
+        if not solids.has_objects_of(depsgraph, self._listed):
             return False
         for uid in solids.reshaped:
             geometry = solids.shape_of(uid) if uid in self._uids else None
             if geometry is None:
                 continue
-            known = self._before.setdefault(uid, geometry.state)
+            known = self._latest.get(uid, geometry.state)
             if uid not in self._keeps_faces:
                 self._keeps_faces[uid] = geometry.keeps_faces
             like = known if self._keeps_faces[uid] else None
             surface = read_surface(geometry.original.evaluated_get(depsgraph), True, like)
-            if known is None or not surface.has_faces_of(known):
+            if not surface.has_faces_of(known) and len(self):
                 return False
             geometry.deforms = geometry.deforms or uid in solids.bends
             shapes[uid] = surface
@@ -137,40 +190,46 @@ class FrameCopies:
         world = self._read_matrices(depsgraph)
         self._worlds.append(world)
         self._shapes.append(shapes)
+        self._latest |= shapes
         self._bytes += world.nbytes + sum(surface.bytes for surface in shapes.values())
         return True
 
     def finish(self) -> Frames:
         """Return the copied frames, start a new batch, and set the solids to the last frame."""
-        solids, count = self._solids, len(self)
+        solids, count = self.solids, len(self)
+        if not count:
+            self._is_new = False
+            return Frames.unchanged(solids)
         worlds = np.stack([self._world, *self._worlds]).reshape(count + 1, -1, 16)
         changed = (worlds[1:] != worlds[:-1]).any(axis=2)
         moved = np.flatnonzero(changed.any(axis=0)).tolist()
         moves = {row: o for o in moved if (row := self._solid_of[o]) is not None}
         kept, bends = self._changed_surfaces()
-        solids.set_moving(np.array(sorted({*moves, *kept}), np.intp))
+        rows = sorted({*moves, *kept})
+        solids.set_moving(np.array(rows, np.intp))
         frames = Frames.unchanged(solids, count)
         steps = solids.syncs + 1 + np.arange(count)
-        for row, at in moves.items():
-            column = frames.column[row]
-            frames.matrix[:, column] = matrices_of(worlds[1:, at])
-            frames.version[:, column] = np.where(changed[:, at], steps, frames.version[:, column])
+        if moves:
+            columns, at = [frames.column[row] for row in moves], list(moves.values())
+            matrices = matrices_of(worlds[1:, at].reshape(-1, 16))
+            frames.matrix[:, columns] = matrices.reshape(count, -1, 4, 4)
+            newer = np.where(changed[:, at], steps[:, None], frames.version[:, columns])
+            frames.version[:, columns] = newer
         for row, surfaces in kept.items():
             column = frames.column[row]
             newer = np.where(bends[row], steps, 0)
             frames.version[:, column] = np.maximum(newer, frames.version[:, column])
             frames.surfaces[row] = surfaces
         frames.version[:] = np.maximum.accumulate(frames.version, axis=0)
-        self._update_bounds(frames, sorted({*moves, *kept}))
+        self._update_bounds(frames, rows)
         self._start_again(frames)
         return frames
 
     def _start_again(self, frames: Frames) -> None:
-        solids = self._solids
-        solids.syncs += len(frames)
-        frames.show(solids, -1)
+        self.solids.syncs += len(frames)
+        frames.show(self.solids, -1)
         self._world = self._worlds[-1]
-        self._worlds, self._shapes, self._before, self._bytes = [], [], {}, 0
+        self._worlds, self._shapes, self._latest, self._bytes = [], [], {}, 0
 
     def _changed_surfaces(self) -> tuple[dict[int, list[Surface]], dict[int, NDArray[np.bool_]]]:
         """Return the surfaces of solids that changed shape, and masks of the frames with a change.
@@ -179,24 +238,30 @@ class FrameCopies:
         """
         kept: dict[int, list[Surface]] = {}
         bends: dict[int, NDArray[np.bool_]] = {}
-        for uid, last in self._before.items():
-            each, other = [], np.zeros(len(self), bool)
+        for uid in self._latest:
+            geometry = self.solids.shape_of(uid)
+            assert geometry is not None
+            last, each, other = geometry.state, [], np.zeros(len(self), bool)
             for frame, shapes in enumerate(self._shapes):
                 surface = shapes.get(uid, last)
                 if surface is not last and not surface.same(last):
                     last, other[frame] = surface, True
                 each.append(last)
             if other.any():
-                for row in self._solids.rows_of_shape(uid):
+                for row in self.solids.rows_of_shape(uid):
                     kept[row], bends[row] = each, other
         return kept, bends
 
     def _update_bounds(self, frames: Frames, rows: list[int]) -> None:
-        for row in rows:
-            column = frames.column[row]
-            shapes: list[Any] = [self._solids.solids[row].geometry]
+        """Compute the world bounds of the solids `rows` at all frames."""
+        if not rows:
+            return
+        lo, hi = np.empty((2, len(frames), len(rows), 3))
+        for i, row in enumerate(rows):
+            shapes: list[Any] = [self.solids.solids[row].geometry]
             shapes = list(frames.surfaces.get(row, shapes))
-            lo, hi = np.stack([s.lo for s in shapes]), np.stack([s.hi for s in shapes])
-            matrix = frames.matrix[:, column]
-            bounds = world_bounds(matrix, invertible(matrix), lo, hi)
-            frames.lo[:, column], frames.hi[:, column] = bounds
+            lo[:, i], hi[:, i] = [s.lo for s in shapes], [s.hi for s in shapes]
+        columns = [frames.column[row] for row in rows]
+        matrix = frames.matrix[:, columns]
+        bounds = world_bounds(matrix, invertible(matrix), lo, hi)
+        frames.lo[:, columns], frames.hi[:, columns] = bounds

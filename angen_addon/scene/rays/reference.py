@@ -11,7 +11,7 @@ from mathutils import Vector
 from ....sensor_logic.model import Answers, Array, Index
 from ..instances import Uid
 from .caster import Rays
-from .frames import Frames
+from .frames import Capture, Frames
 from .solids import Solids
 
 # Blender units. A ray that passes through an object starts again this far behind the hit. The
@@ -28,7 +28,8 @@ class SceneRayCaster:
 
     def __init__(self, scene: Any) -> None:
         self.solids = Solids()
-        self.frames = Frames.present(self.solids)
+        self.capture = Capture(self.solids, single=True)
+        self.frames = Frames.unchanged(self.solids)
         self._scene = scene
         self._depsgraph: Any = None
         self._listing = -1
@@ -36,17 +37,16 @@ class SceneRayCaster:
 
     def update(self, depsgraph: Any) -> None:
         """Read the evaluated scene. Call this after each evaluation, before casting rays."""
-        self.solids.sync(depsgraph)
-        self.show(depsgraph, Frames.present(self.solids))
+        self.show(depsgraph, self.capture.read(depsgraph))
+
+    def show(self, depsgraph: Any, frames: Frames) -> None:
+        """Set the frame at which later calls cast rays. It must be the present frame."""
+        self._depsgraph, self.frames = depsgraph, frames
         if self._listing != self.solids.listing:
             self._listing = self.solids.listing
             self._rows = {}
             for row, solid in enumerate(self.solids.solids):
                 self._rows.setdefault(solid.key[0], []).append(row)
-
-    def show(self, depsgraph: Any, frames: Frames) -> None:
-        """Set the frame at which later calls cast rays. It must be the present frame."""
-        self._depsgraph, self.frames = depsgraph, frames
 
     def cast(
         self, sensor: Uid, bundle: int, origins: Array, directions: Array, length: Array

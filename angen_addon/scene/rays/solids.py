@@ -140,7 +140,7 @@ class Solid:
     Attributes
     ----------
     key
-        Session uids that identify the solid at each synchronisation.
+        Session uids that identify the solid whenever the solids are listed.
     number
         The solid's number, which no other solid gets later.
     original
@@ -204,9 +204,9 @@ class Solids:
     moving
         Mask (n,) of the solids that have changed at least once.
     version
-        The number (n,) of the synchronisation at which the solid last moved or changed shape.
+        The value (n,) of `syncs` at which the solid last moved or changed shape.
     syncs
-        The number of synchronisations.
+        The number of frames that were read so far.
     listing
         The number of times that the whole list was made.
     edits
@@ -216,7 +216,7 @@ class Solids:
     instanced
         Session uids of objects that other objects instance.
     must_list
-        Whether the next synchronisation makes the whole list again.
+        Whether the whole list must be made again at the next frame.
     reshaped
         Session uids of objects whose shape was reported as changed since `clear_noted`.
     bends
@@ -244,8 +244,6 @@ class Solids:
         self._listed: list[int] = []
         self._same_depsgraph = 0
         self._scene_noted = True
-        self._world = np.empty(0, np.float32)
-        self._solid_of_row: list[Solid | None] = []
         self.instanced: set[int] = set()
         # Session uids of objects that make instances or are instanced, also in collections.
         self._of_instances: set[int] = set()
@@ -254,8 +252,7 @@ class Solids:
         self._plain: set[int] = set()
         self._unsure = False
         self._touched: set[int] = set()
-        self._reshaped: set[int] = set()
-        # By mesh, a geometry whose surface was read at this synchronisation.
+        # By mesh, a geometry whose surface was read for the present list.
         self._read_now: dict[int, Geometry] = {}
         self.reshaped: set[int] = set()
         self.bends: set[int] = set()
@@ -285,8 +282,7 @@ class Solids:
             if original.is_instancer or (uid not in self._plain and self._may_instance(original)):
                 self.must_list = True
             if update.is_updated_geometry:
-                for named in (self._reshaped, self.reshaped):
-                    named.add(uid)
+                self.reshaped.add(uid)
                 if by_frame:
                     self.bends.add(uid)
 
@@ -299,13 +295,13 @@ class Solids:
     def has_noted(self, uids: set[int]) -> bool:
         """Return whether `note` has stored a change of the scene or of one of the objects `uids`.
 
-        Changes are stored until the next `sync` or `clear_noted`. These include changes that a
+        Changes are stored until `list_again` or `clear_noted`. These include changes that a
         script made just before it changed the frame.
         """
         return self._scene_noted or not uids.isdisjoint(self._touched)
 
     def forget(self) -> None:
-        """Make the next `sync` read everything again. Call this after any edit."""
+        """Have everything read again at the next frame. Call this after any edit."""
         self.edits += 1
         self._plain.clear()
         self.must_list = True
@@ -320,20 +316,6 @@ class Solids:
             good = self._invertible[rows, None, None]
             self._inverse[rows] = inverted(np.where(good, self.matrix[rows], np.eye(4)))
         return self._inverse
-
-    def sync(self, depsgraph: Any) -> None:
-        """Update the list of solids to the present state of the depsgraph."""
-        self.syncs += 1
-        if self.is_current(depsgraph):
-            self._update_moved(depsgraph, len(self._listed))
-        else:
-            self._listed = pointers_of(depsgraph)
-            self._list_again(depsgraph)
-        self._scene_noted = False
-        self._touched.clear()
-        self._reshaped.clear()
-        self._read_now.clear()
-        self._unsure = False
 
     def is_current(self, depsgraph: Any) -> bool:
         """Return whether the list has exactly the objects of the depsgraph."""
@@ -365,7 +347,7 @@ class Solids:
         return np.fromiter((s.is_passed_by(uid) for s in self.solids), bool, len(self.solids))
 
     def clear_noted(self) -> None:
-        """Delete the stored changes, once a copied frame includes them."""
+        """Delete the stored changes, once the list or a copied frame includes them."""
         self._scene_noted = False
         self.reshaped.clear()
         self._touched.clear()
@@ -400,38 +382,6 @@ class Solids:
         """Return the name for users of the solid with a number; empty if the solid is gone."""
         return next((s.name for s in self.solids if s.number == number), "")
 
-    def _update_moved(self, depsgraph: Any, count: int) -> None:
-        """Update the solids that moved or changed shape, while no object came or went."""
-        world = np.empty(count * 16, np.float32)
-        depsgraph.objects.foreach_get("matrix_world", world)
-        differs = (world != self._world).reshape(count, 16).any(axis=1)
-        changed = np.flatnonzero(differs).tolist()
-        moved = {s.row: row for row in changed if (s := self._solid_of_row[row])}
-        if moved:
-            rows = np.array(list(moved), np.intp)
-            self.matrix[rows] = matrices_of(world.reshape(count, 16)[list(moved.values())])
-            self._mark_inverse(rows)
-        if changed:
-            self._world = world
-        reshaped = [
-            solid.row
-            for uid in self._reshaped
-            for solid in self._by_shape.get(uid, ())
-            if self._reread(depsgraph, solid)
-        ]
-        for row in moved:
-            self._set_moving(self.solids[row])
-        both = sorted(moved.keys() | set(reshaped))
-        if both:
-            self._update_bounds(np.array(both, np.intp))
-
-    def _reread(self, depsgraph: Any, solid: Solid) -> bool:
-        solid.geometry.deforms = solid.geometry.deforms or solid.key[0] in self.bends
-        if not self._read(depsgraph, solid.geometry):
-            return False
-        self._set_moving(solid)
-        return True
-
     def _set_moving(self, solid: Solid) -> None:
         if not solid.moving:
             solid.moving = True
@@ -458,8 +408,13 @@ class Solids:
         good = self._invertible[rows]
         self.lo[rows], self.hi[rows] = world_bounds(self.matrix[rows], good, lo, hi)
 
-    def _list_again(self, depsgraph: Any) -> None:
-        """Make the list again. Solids that are still present keep their numbers."""
+    def list_again(self, depsgraph: Any) -> None:
+        """Make the list from an evaluated scene. Solids that are still present keep their numbers.
+
+        Call this method whenever `is_current` returns False.
+        """
+        self.syncs += 1
+        self._listed = pointers_of(depsgraph)
         before, self._by_key = self._by_key, {}
         self.solids, self.instanced = [], set()
         made: dict[int, MadeByNodes] = {}
@@ -539,11 +494,9 @@ class Solids:
         self._by_shape = defaultdict(list)
         for solid in self.solids:
             self._by_shape[solid.key[0]].append(solid)
-        objects = list(depsgraph.objects)
-        self._solid_of_row = [self._by_key.get((o.original.session_uid,)) for o in objects]
-        self._world = np.empty(len(objects) * 16, np.float32)
-        depsgraph.objects.foreach_get("matrix_world", self._world)
-        self.must_list = False
+        self.must_list = self._unsure = False
+        self.clear_noted()
+        self._read_now.clear()
         hides = any(may_set(obj, "hide_viewport") for obj in bpy.data.objects)
         self._same_depsgraph = 0 if hides else depsgraph.as_pointer()
         self.listing += 1
@@ -554,17 +507,17 @@ class Solids:
         """Return the surface of an object and its instances, and whether that surface changed."""
         uid = original.session_uid
         if uid in shapes:
-            return shapes[uid], uid in self._reshaped
+            return shapes[uid], uid in self.reshaped
         geometry = shapes[uid] = self._shapes.get(uid) or Geometry(original)
         geometry.deforms = uid in self.bends
-        known = uid in self._shapes and uid not in self._reshaped and not self._unsure
+        known = uid in self._shapes and uid not in self.reshaped and not self._unsure
         if known:
             self._read_now.setdefault(mesh_shared_by(original), geometry)
         changed = not known and self._read(depsgraph, geometry)
         if changed:
-            self._reshaped.add(uid)
+            self.reshaped.add(uid)
         else:
-            self._reshaped.discard(uid)
+            self.reshaped.discard(uid)
         return geometry, changed
 
     def _read(self, depsgraph: Any, geometry: Geometry) -> bool:

@@ -62,9 +62,9 @@ RAREST = 0.003
 NIGHT, LONGEST_INTERRUPTION = 2 * HOUR, 20 * 60.0
 # With more activities than this in an interruption, on average, nights are learnt as days are.
 MOST_INNER = 1.5
-# Rounds in which weights are corrected by drawn days, the number of these days, and the exponent.
 # The least and the greatest `regular` that is learnt.
 LEAST_REGULAR, MOST_REGULAR = 0.05, 20.0
+# Rounds in which weights are corrected by drawn days, the number of these days, and the exponent.
 ROUNDS, DRAWN_DAYS, STEP = 6, 120, 0.7
 # Any date: that of the first drawn day, a Monday.
 FIRST_DRAWN = date(2026, 3, 2)

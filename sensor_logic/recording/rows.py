@@ -75,5 +75,3 @@ class Rows:
             and (self.updates, list(self.columns)) == (other.updates, list(other.columns))
             and self.all_columns() == other.all_columns()
         )
-
-    __hash__ = None  # type: ignore[assignment]

@@ -25,6 +25,19 @@ def facing(normal: Any, at: Any = (0, 0, 0)) -> np.ndarray:
     return np.array(Matrix.Translation(at) @ turn, np.float64)
 
 
+def nodes_instance(world: Any, shown: Any, at: tuple[float, float, float]) -> Any:
+    """Add a box whose geometry nodes make an instance of an object in its place."""
+    tree = bpy.data.node_groups.new("nodes", "GeometryNodeTree")
+    tree.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
+    node = tree.nodes.new("GeometryNodeObjectInfo")
+    node.inputs["Object"].default_value, node.inputs["As Instance"].default_value = shown, True
+    out = tree.nodes.new("NodeGroupOutput")
+    tree.links.new(node.outputs["Geometry"], out.inputs[0])
+    box = world.box((0.1, 0.1, 0.1), at, "by nodes")
+    box.modifiers.new("nodes", "NODES").node_group = tree
+    return box
+
+
 def request(name: str = "sensor", matrix: Any = None, **asked: Any) -> Any:
     """Return a request of the illuminance at the origin of a face that looks up, by default."""
     pose = facing(UP) if matrix is None else matrix

@@ -15,7 +15,7 @@ from bl_ext.user_default.angen_sensors.angen_addon.runtime.running import is_run
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.simulation import simulate
 from bl_ext.user_default.angen_sensors.sensor_logic.logs.error import AngenError
 from bl_ext.user_default.angen_sensors.sensor_logic.recording.tracks import Recording
-from light_stage import facing, lamp, material, measure, part, plate, request, sky
+from light_stage import facing, lamp, material, measure, nodes_instance, part, plate, request, sky
 from tiers import mostly_slow
 
 
@@ -515,14 +515,7 @@ def test_a_lamp_that_an_instance_shows_too_goes_off_in_both(world, way):
         shared.objects.link(made)
         world.instance("Copy", shared, (1, 0, 0))
     else:
-        tree = bpy.data.node_groups.new("nodes", "GeometryNodeTree")
-        tree.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
-        node = tree.nodes.new("GeometryNodeObjectInfo")
-        node.inputs["Object"].default_value, node.inputs["As Instance"].default_value = made, True
-        out = tree.nodes.new("NodeGroupOutput")
-        tree.links.new(node.outputs["Geometry"], out.inputs[0])
-        holder = world.box((0.1, 0.1, 0.1), (1, 0, 3), "Copy")
-        holder.modifiers.new("nodes", "NODES").node_group = tree
+        nodes_instance(world, made, (1, 0, 3))
     sensor = world.sensor("LIGHT", "light", method="ILLUMINANCE", samples=64, update_rate=24.0)
     sensor.matrix_world = facing((0, 0, 1)).tolist()
     world.scene.frame_end = 5

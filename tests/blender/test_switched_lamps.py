@@ -11,6 +11,7 @@ import bpy
 import numpy as np
 import pytest
 from day_home import part
+from light_stage import nodes_instance
 from mathutils import Vector
 
 ROUTINE = """
@@ -253,26 +254,13 @@ def instanced(world, lamp) -> str:
     return "'bulb' is switched together with its instance 'copy'"
 
 
-def by_nodes(world, shown: Any) -> Any:
-    """Add a box of whose nodes an instance of an object comes."""
-    tree = bpy.data.node_groups.new("nodes", "GeometryNodeTree")
-    tree.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
-    node = tree.nodes.new("GeometryNodeObjectInfo")
-    node.inputs["Object"].default_value, node.inputs["As Instance"].default_value = shown, True
-    out = tree.nodes.new("NodeGroupOutput")
-    tree.links.new(node.outputs["Geometry"], out.inputs[0])
-    box = world.box((0.1, 0.1, 0.1), (0.5, 0, 0), "by nodes")
-    box.modifiers.new("nodes", "NODES").node_group = tree
-    return box
-
-
 def instanced_by_nodes(world, lamp) -> str:
-    by_nodes(world, bulb(world, "bulb", (0, 0, -0.2), lamp))
+    nodes_instance(world, bulb(world, "bulb", (0, 0, -0.2), lamp), (0.5, 0, 0))
     return "'bulb' is switched together with its instance 'by nodes'"
 
 
 def instancing(world, lamp) -> str:
-    by_nodes(world, bulb(world, "bulb", (9, 9, 9), None)).parent = lamp
+    nodes_instance(world, bulb(world, "bulb", (9, 9, 9), None), (0.5, 0, 0)).parent = lamp
     return "'Lamp' stays on: its modifiers or particles instance 'bulb'"
 
 

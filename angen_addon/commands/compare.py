@@ -9,15 +9,15 @@ import sys
 
 from ...sensor_logic.logs.comparison import compare
 from ...sensor_logic.logs.comparison.compare import measures, read_both
-from ...sensor_logic.logs.error import AngenError
 from ...sensor_logic.logs.files import write_files
 from ...sensor_logic.logs.formats.label_map import read_map
 from ...sensor_logic.logs.formats.outputs import check_apart
 from ...sensor_logic.report import comparison
-from ..process.console import BAD_INPUT, DONE, FAILED, note
-from ..process.parser import Parser, path
+from ..process.console import DONE, FAILED, note
+from ..process.parser import Parser, path, tells_errors
 
 
+@tells_errors
 def main(arguments: list[str], program: str) -> int:
     """Compare two logs, and return the exit status.
 
@@ -25,19 +25,14 @@ def main(arguments: list[str], program: str) -> int:
     SystemExit if the arguments are wrong.
     """
     options = make_parser(program).parse_args(arguments)
-    try:
-        labels = read_map(options.labels).labels if options.labels else {}
-        first, second = read_both(options.log, options.other, labels)
-        for text in dict.fromkeys((*first.notes, *second.notes)):
-            note(text)
-        found = measures(first, second)
-        if options.picture:
-            check_apart("--picture", options.picture, [options.log, options.other])
-            write_files({options.picture: comparison.svg(first, second, found)})
-    except AngenError as error:
-        return _fail(str(error), error.status)
-    except OSError as error:
-        return _fail(f"cannot read {error.filename}: {error.strerror}", BAD_INPUT)
+    labels = read_map(options.labels).labels if options.labels else {}
+    first, second = read_both(options.log, options.other, labels)
+    for text in dict.fromkeys((*first.notes, *second.notes)):
+        note(text)
+    found = measures(first, second)
+    if options.picture:
+        check_apart("--picture", options.picture, [options.log, options.other])
+        write_files({options.picture: comparison.svg(first, second, found)})
     if options.json:
         return _write_output(
             json.dumps(compare.data(first, second, found), indent=1, ensure_ascii=False) + "\n"

@@ -8,7 +8,7 @@ from dataclasses import replace
 from datetime import datetime
 from zoneinfo import ZoneInfo
 
-from ...sensor_logic.logs.error import AngenError, replaced
+from ...sensor_logic.logs.error import replaced
 from ...sensor_logic.logs.faults import undo
 from ...sensor_logic.logs.files import write_files
 from ...sensor_logic.logs.formats import FORMATS, Log
@@ -22,9 +22,10 @@ from ...sensor_logic.logs.log import parse_start
 from ...sensor_logic.logs.wording import plural
 from ..output.faulty import Faults, add_options
 from ..process.console import BAD_INPUT, DONE, note
-from ..process.parser import Parser, path
+from ..process.parser import Parser, path, tells_errors
 
 
+@tells_errors
 def main(arguments: list[str], program: str) -> int:
     """Convert an event log, and return the exit status.
 
@@ -49,12 +50,6 @@ def main(arguments: list[str], program: str) -> int:
         if target.is_folder:
             options.out.mkdir(exist_ok=True)
         write_files(files)
-    except AngenError as error:
-        note(str(error))
-        return error.status
-    except OSError as error:
-        note(f"cannot read {error.filename}: {error.strerror}")
-        return BAD_INPUT
     except OverflowError as error:
         note(f"a time or a number in {options.events} is too large: {error}")
         return BAD_INPUT

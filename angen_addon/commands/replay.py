@@ -10,7 +10,7 @@ from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
 
-from ...sensor_logic.logs.error import AngenError, InputError
+from ...sensor_logic.logs.error import InputError
 from ...sensor_logic.logs.formats.home_assistant import OFFLINE, TOPIC, HomeMessages, Message
 from ...sensor_logic.logs.formats.log import DEFAULT_START, Change, Channel, Log, since
 from ...sensor_logic.logs.formats.reading import read_log
@@ -21,12 +21,13 @@ from ..output.mqtt.address import AT_ONCE, Address, add_options, address_of
 from ..output.mqtt.link import Link
 from ..output.mqtt.player import Player, remove_messages, retained_messages
 from ..output.version import extension_version
-from ..process.console import BAD_INPUT, DONE, FAILED, Interrupt, leave_hard, note
-from ..process.parser import Parser, path
+from ..process.console import DONE, FAILED, Interrupt, leave_hard, note
+from ..process.parser import Parser, path, tells_errors
 
 INTERRUPTED = "interrupted: the broker now shows the sensors as unavailable"
 
 
+@tells_errors
 def main(arguments: list[str], program: str) -> int:
     """Replay an event log, and return the exit status.
 
@@ -42,12 +43,6 @@ def main(arguments: list[str], program: str) -> int:
         interrupted = DONE if options.loop else FAILED
         with Interrupt(lambda: _give_up(interrupted)) as interrupt, interrupt.watched():
             return work(options, address, interrupt.check)
-    except AngenError as error:
-        note(str(error))
-        return error.status
-    except OSError as error:
-        note(f"cannot read {error.filename}: {error.strerror}")
-        return BAD_INPUT
     except KeyboardInterrupt:
         note(INTERRUPTED)
         return interrupted

@@ -4,17 +4,20 @@
 from __future__ import annotations
 
 import argparse
+import functools
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple, NoReturn, TypeVar
+from typing import Any, NamedTuple, NoReturn, ParamSpec, TypeVar
 
 from ...parts import VERBS, WITHOUT_BLENDER, installation, installed, part
 from ...sensor_logic.choice import SensorChoice
 from ...sensor_logic.kinds import KINDS
-from ...sensor_logic.logs.error import InputError, replaced
+from ...sensor_logic.logs.error import AngenError, InputError, replaced
 from ...sensor_logic.logs.wording import hint
+from .console import BAD_INPUT, note
 
 T = TypeVar("T")
+P = ParamSpec("P")
 
 
 class Verb(NamedTuple):
@@ -250,4 +253,24 @@ def run_options(every: argparse.ArgumentParser) -> Parser:
     )
     add_choice(run)
     run.add_argument("--quiet", action="store_true", help="print no progress and no advice")
+    return run
+
+
+def tells_errors(main: Callable[P, int]) -> Callable[P, int]:
+    """Make a verb's `main` print its errors on one line, and return their exit status.
+
+    These are errors of the extension, and files that cannot be read.
+    """
+
+    @functools.wraps(main)
+    def run(*arguments: P.args, **options: P.kwargs) -> int:
+        try:
+            return main(*arguments, **options)
+        except AngenError as error:
+            note(str(error))
+            return error.status
+        except OSError as error:
+            note(f"cannot read {error.filename}: {error.strerror}")
+            return BAD_INPUT
+
     return run

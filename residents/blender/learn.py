@@ -10,9 +10,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...angen_addon.process.console import BAD_INPUT, DONE, note
-from ...angen_addon.process.parser import Parser, argument_type, path, whole_number
-from ...sensor_logic.logs.error import AngenError, InputError, explained
+from ...angen_addon.process.console import DONE, note
+from ...angen_addon.process.parser import Parser, argument_type, path, tells_errors, whole_number
+from ...sensor_logic.logs.error import InputError, explained
 from ...sensor_logic.logs.files import read_text, write_files
 from ...sensor_logic.logs.formats import activities
 from ...sensor_logic.logs.formats.activities import SOMEBODY, DoneActivity
@@ -33,6 +33,7 @@ VOCABULARY = "log"
 UNSAID = "Say in 'do' what is done: until then one stays where one is."
 
 
+@tells_errors
 def main(arguments: list[str], program: str) -> int:
     """Learn habits, and return the exit status.
 
@@ -41,15 +42,8 @@ def main(arguments: list[str], program: str) -> int:
     """
     options = make_parser(program).parse_args(arguments)
     sources = [p for p in (options.activities, options.routine, options.labels) if p]
-    try:
-        check_apart("--out", options.out, sources)
-        write_files({options.out: _learnt(options)})
-    except AngenError as error:
-        note(str(error))
-        return error.status
-    except OSError as error:
-        note(f"cannot read {error.filename}: {error.strerror}")
-        return BAD_INPUT
+    check_apart("--out", options.out, sources)
+    write_files({options.out: _learnt(options)})
     return DONE
 
 

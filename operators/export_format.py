@@ -9,10 +9,10 @@ import bpy
 from bpy.props import EnumProperty
 from bpy.types import Context, Event, Operator
 
+from ..angen_addon.appearance.panel_parts import draw_lines
 from ..angen_addon.output.output_files import Exports, Outputs
 from ..angen_addon.output.run_log import log_of_run
 from ..angen_addon.relative_path import ChosenFile
-from ..angen_addon.view.panel_parts import draw_lines
 from ..sensor_logic.logs.formats import FORMATS
 from .export_options import ExportOptions
 

@@ -9,10 +9,10 @@ from typing import Any
 from bpy.props import BoolProperty, StringProperty
 from bpy.types import Context
 
+from ..angen_addon.appearance.panel_parts import draw_lines
 from ..angen_addon.recording.results import RESULTS
 from ..angen_addon.runtime.time_base import start_of
 from ..angen_addon.scene.sensors import Sensor, all_sensors
-from ..angen_addon.view.panel_parts import draw_lines
 from ..sensor_logic.logs.error import AngenError, InputError, explained
 from ..sensor_logic.logs.log import for_spreadsheets, parse_start
 from ..sensor_logic.recording.tracks import Recording

@@ -6,8 +6,8 @@ from __future__ import annotations
 import bpy
 from bpy.types import Context, Panel
 
+from ..angen_addon.appearance.panel_parts import Sidebar
 from ..angen_addon.view.active import active_sensor
-from ..angen_addon.view.panel_parts import Sidebar
 from .instanced import draw_instanced
 from .parameters import draw_sensor
 from .presets import draw_choice

@@ -8,15 +8,15 @@ from typing import Any
 import bpy
 from bpy.types import Context, Panel, UILayout
 
-from ..angen_addon.coverage import shown
-from ..angen_addon.scene.lengths import lengths_of
-from ..angen_addon.view.panel_parts import (
+from ..angen_addon.appearance.panel_parts import (
     ClosedSidebar,
     draw_lines,
     draw_progress,
     draw_property,
     draw_row,
 )
+from ..angen_addon.coverage import shown
+from ..angen_addon.scene.lengths import lengths_of
 from ..operators.propose import active_detector
 from ..sensor_logic.coverage.motions import MOTIONS
 from ..sensor_logic.logs.wording import plural

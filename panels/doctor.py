@@ -6,7 +6,7 @@ from __future__ import annotations
 import bpy
 from bpy.types import Context, Panel
 
-from ..angen_addon.view.panel_parts import ClosedSidebar, draw_lines
+from ..angen_addon.appearance.panel_parts import ClosedSidebar, draw_lines
 from ..operators import doctor
 
 MOST = 8

@@ -10,13 +10,7 @@ import bpy
 from bpy.types import Context, DOPESHEET_HT_header, Panel
 
 from ..angen_addon.appearance.facts import Explanation
-from ..angen_addon.explain.explain import MEMORY
-from ..angen_addon.recording.results import RESULTS
-from ..angen_addon.runtime.edits import EDITS
-from ..angen_addon.runtime.playhead import why_not_recorded
-from ..angen_addon.runtime.time_base import moment_text
-from ..angen_addon.view.active import active_sensor
-from ..angen_addon.view.panel_parts import (
+from ..angen_addon.appearance.panel_parts import (
     LABEL_SHARE,
     MARGIN_LETTERS,
     USUAL_WIDTH,
@@ -25,6 +19,12 @@ from ..angen_addon.view.panel_parts import (
     draw_lines,
     draw_row,
 )
+from ..angen_addon.explain.explain import MEMORY
+from ..angen_addon.recording.results import RESULTS
+from ..angen_addon.runtime.edits import EDITS
+from ..angen_addon.runtime.playhead import why_not_recorded
+from ..angen_addon.runtime.time_base import moment_text
+from ..angen_addon.view.active import active_sensor
 from ..angen_addon.view.timeline.draw import MODE, TOO_LOW, why_no_rows
 from ..angen_addon.view.timeline.layout import HISTORIES, HistoryRow
 from ..operators.markers import event_name

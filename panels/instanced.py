@@ -7,9 +7,9 @@ from typing import Any
 
 from bpy.types import Context
 
+from ..angen_addon.appearance.panel_parts import draw_lines
 from ..angen_addon.scene.sensors import Sensor
 from ..angen_addon.view.active import active_sensor
-from ..angen_addon.view.panel_parts import draw_lines
 from ..angen_addon.view.readings import reading_text
 from ..operators.instance_override import why_not
 

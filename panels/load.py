@@ -11,17 +11,17 @@ from bpy.types import Context, Panel
 
 from ..angen_addon.advice import sensing
 from ..angen_addon.advice.sensing import may_be_simulated
-from ..angen_addon.scene.bearers import bearer, candidates, has_mass
-from ..angen_addon.scene.instances import is_sensor
-from ..angen_addon.scene.sensors import unit_scale
-from ..angen_addon.scene.units import kilograms
-from ..angen_addon.view.panel_parts import (
+from ..angen_addon.appearance.panel_parts import (
     PhysicsTab,
     Sidebar,
     draw_lines,
     draw_property,
     has_name_column,
 )
+from ..angen_addon.scene.bearers import bearer, candidates, has_mass
+from ..angen_addon.scene.instances import is_sensor
+from ..angen_addon.scene.sensors import unit_scale
+from ..angen_addon.scene.units import kilograms
 from ..sensor_logic.logs.wording import named
 
 NAMES_SHOWN = 3

@@ -8,8 +8,17 @@ from typing import Any
 import bpy
 from bpy.types import Context, Panel
 
-from ..angen_addon.view.panel_parts import ClosedSidebar
-from ..angen_addon.view.readings import ACTIVE, BAKED, IDLE, NOT_SURE, OFF, OLD, UNKNOWN, WRONG
+from ..angen_addon.appearance.panel_parts import ClosedSidebar
+from ..angen_addon.appearance.reading_text import (
+    ACTIVE,
+    BAKED,
+    IDLE,
+    NOT_SURE,
+    OFF,
+    OLD,
+    UNKNOWN,
+    WRONG,
+)
 
 # Icons of the table and the view, and what they mean.
 SIGNS = (

@@ -8,9 +8,9 @@ from typing import Any
 import bpy
 from bpy.types import Context, Panel
 
+from ..angen_addon.appearance.panel_parts import PhysicsTab, has_name_column
 from ..angen_addon.scene.rays.geometry import SURFACE_TYPES
 from ..angen_addon.scene.surfaces.echoes import BREATHING
-from ..angen_addon.view.panel_parts import PhysicsTab, has_name_column
 from ..sensor_logic.kind import OwnerProperties
 from ..sensor_logic.kinds import owner_properties
 from ..sensor_logic.parameters import specs

@@ -10,11 +10,17 @@ from bpy.types import Context
 
 from ..angen_addon.advice.sensing import unreachable
 from ..angen_addon.appearance.appearance import appearance_of
+from ..angen_addon.appearance.panel_parts import (
+    draw_lines,
+    draw_progress,
+    draw_property,
+    has_name_column,
+)
+from ..angen_addon.appearance.reading_text import ReadingText
 from ..angen_addon.scene.instances import is_sensor
 from ..angen_addon.scene.lengths import lengths_of
 from ..angen_addon.scene.sensors import Sensor, check
-from ..angen_addon.view.panel_parts import draw_lines, draw_progress, draw_property, has_name_column
-from ..angen_addon.view.readings import ReadingText, reading_text
+from ..angen_addon.view.readings import reading_text
 from ..sensor_logic.kinds import KINDS
 from ..sensor_logic.logs.error import AngenError
 from ..sensor_logic.parameters import Spec, is_chosen, label_of, specs

@@ -10,18 +10,18 @@ from bpy.types import Context, Panel, Scene, UILayout
 
 from ..angen_addon.advice import lacking
 from ..angen_addon.advice.sensing import background_sets
-from ..angen_addon.recording.followed_scene import THIS_BLENDER, version_text
-from ..angen_addon.recording.results import RESULTS
-from ..angen_addon.runtime.edits import EDITS
-from ..angen_addon.runtime.running import is_running
-from ..angen_addon.scene.sensors import Sensor, simulated
-from ..angen_addon.view.panel_parts import (
+from ..angen_addon.appearance.panel_parts import (
     ClosedSidebar,
     Sidebar,
     draw_lines,
     draw_progress,
     draw_property,
 )
+from ..angen_addon.recording.followed_scene import THIS_BLENDER, version_text
+from ..angen_addon.recording.results import RESULTS
+from ..angen_addon.runtime.edits import EDITS
+from ..angen_addon.runtime.running import is_running
+from ..angen_addon.scene.sensors import Sensor, simulated
 from ..operators.export_options import draw_start
 from ..sensor_logic.kind import LIGHT
 from ..sensor_logic.logs.wording import capital, plural

@@ -6,8 +6,8 @@ from __future__ import annotations
 import bpy
 from bpy.types import Context, Menu, Panel
 
+from ..angen_addon.appearance.panel_parts import ClosedSidebar, draw_lines
 from ..angen_addon.view.active import active_sensor
-from ..angen_addon.view.panel_parts import ClosedSidebar, draw_lines
 from ..operators.study import command, vary_of
 from ..parts import installation
 from ..sensor_logic import study_file

@@ -13,12 +13,8 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, IntProperty, PointerProperty, StringProperty
 from bpy.types import Context, Panel, PropertyGroup, UIList, WindowManager
 
-from ..angen_addon.runtime.edits import EDITS
-from ..angen_addon.scene.instances import stands_for
-from ..angen_addon.scene.memory import forgets_at_undo
-from ..angen_addon.scene.sensors import Sensor
-from ..angen_addon.view.panel_parts import USUAL_WIDTH, Sidebar
-from ..angen_addon.view.readings import (
+from ..angen_addon.appearance.panel_parts import USUAL_WIDTH, Sidebar
+from ..angen_addon.appearance.reading_text import (
     ACTIVE,
     BAKED,
     DOUBTFUL,
@@ -29,8 +25,12 @@ from ..angen_addon.view.readings import (
     UNKNOWN,
     WRONG,
     ReadingText,
-    ReadingTexts,
 )
+from ..angen_addon.runtime.edits import EDITS
+from ..angen_addon.scene.instances import stands_for
+from ..angen_addon.scene.memory import forgets_at_undo
+from ..angen_addon.scene.sensors import Sensor
+from ..angen_addon.view.readings import ReadingTexts
 from ..operators.show import show, why_hidden
 from ..sensor_logic.report.svg import shortened
 from .instanced import draw_rows

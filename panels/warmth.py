@@ -9,6 +9,12 @@ import bpy
 from bpy.types import Context, Menu, Panel
 
 from ..angen_addon.advice import warmth
+from ..angen_addon.appearance.panel_parts import (
+    PhysicsTab,
+    draw_property,
+    draw_row,
+    has_name_column,
+)
 from ..angen_addon.scene.rays.geometry import SURFACE_TYPES, evaluated_materials
 from ..angen_addon.scene.surfaces.warmth import (
     OwnWarmth,
@@ -17,7 +23,6 @@ from ..angen_addon.scene.surfaces.warmth import (
     kelvin,
     own_warmth,
 )
-from ..angen_addon.view.panel_parts import PhysicsTab, draw_property, draw_row, has_name_column
 from ..operators.warmth import ANGEN_OT_warmth_set
 from ..sensor_logic.logs.wording import ZERO_CELSIUS
 

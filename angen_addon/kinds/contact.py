@@ -19,10 +19,10 @@ from ..appearance.appearance import Appearance
 from ..appearance.facts import Explanation
 from ..appearance.figures import Figure, circle, pairs
 from ..appearance.housing import Housing
+from ..appearance.panel_parts import draw_lines
+from ..appearance.reading_text import ReadingText
 from ..appearance.recorded import RecordedSensor
 from ..scene.sensors import Sensor
-from ..view.panel_parts import draw_lines
-from ..view.readings import ReadingText
 
 
 def figure(seen: Any, metres: float) -> Figure:

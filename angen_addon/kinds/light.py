@@ -24,13 +24,13 @@ from ..appearance.facts import Explanation, Facts, more_needed
 from ..appearance.figures import ROUND, Figure, circle, dashes, ends_of, pairs
 from ..appearance.handles import ahead, edge
 from ..appearance.housing import Housing, looking
+from ..appearance.panel_parts import draw_lines
+from ..appearance.reading_text import ReadingText
 from ..appearance.recorded import RecordedSensor
 from ..runtime.sensor_runner import light_request
 from ..runtime.trace import RaysMet, SensorRays, Trace
 from ..scene.light.views import view_rays
 from ..scene.sensors import Sensor
-from ..view.panel_parts import draw_lines
-from ..view.readings import ReadingText
 
 # An explanation lists at most this many lamps by name.
 SHOWN = 6

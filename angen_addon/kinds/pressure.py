@@ -21,12 +21,12 @@ from ..appearance.facts import Explanation, more_needed
 from ..appearance.figures import OFF_SURFACE, Figure, circle, pairs, triangles
 from ..appearance.handles import SizeHandle
 from ..appearance.housing import Housing, Point, lying, pad
+from ..appearance.panel_parts import draw_lines, draw_row
+from ..appearance.reading_text import ReadingText
 from ..appearance.recorded import RecordedSensor
 from ..explain.nearby import surroundings
 from ..scene.lengths import UNITS, lengths_of
 from ..scene.sensors import Sensor
-from ..view.panel_parts import draw_lines, draw_row
-from ..view.readings import ReadingText
 
 # The fields of a reading that its arrow is drawn from.
 FIELDS = ("force_n", "cop_x_m", "cop_y_m")

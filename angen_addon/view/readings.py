@@ -6,8 +6,7 @@ States differ by icon and by word, never by colour alone.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import Any
 
 from ...sensor_logic import progress
 from ...sensor_logic.kind import Kind
@@ -15,6 +14,18 @@ from ...sensor_logic.logs.fields import Field
 from ...sensor_logic.logs.wording import NOTHING, capital
 from ...sensor_logic.model import NOT_YET, Reading
 from ...sensor_logic.physics import waiting
+from ..appearance.reading_text import (
+    ACTIVE,
+    BAKED,
+    DOUBTFUL,
+    IDLE,
+    NOT_SURE,
+    OFF,
+    OLD,
+    UNKNOWN,
+    WRONG,
+    ReadingText,
+)
 from ..runtime import playhead
 from ..runtime.edits import EDITS
 from ..runtime.live import LIGHT_AT_REST, LIGHT_BEFORE
@@ -23,8 +34,6 @@ from ..runtime.running import is_running
 from ..scene.lengths import lengths_of
 from ..scene.sensors import Sensor
 
-ACTIVE, IDLE, OFF, DOUBTFUL, WRONG = "RADIOBUT_ON", "RADIOBUT_OFF", "X", "QUESTION", "ERROR"
-UNKNOWN, OLD, BAKED, NOT_SURE = "DOT", "TIME", "KEYFRAME_HLT", "SORTTIME"
 # s: in full and in short texts, readings younger than this are shown without their age.
 LEAST_AGE, LEAST_AGE_IN_SHORT = 0.2, 1.0
 ORIGINS = {
@@ -32,50 +41,6 @@ ORIGINS = {
     playhead.LIVE: "Live, read at frame {0:g}",
     playhead.BAKED: "Baked keyframes at frame {0:g}",
 }
-
-
-class ReadingText(NamedTuple):
-    """Texts for one reading.
-
-    Attributes
-    ----------
-    text
-        The full text.
-    icon
-        The icon of the state.
-    problem
-        Why the reading is missing or not valid; empty if it is valid.
-    fields
-        The values that the sensor publishes, by name; None if unknown.
-    recorded
-        True if the reading is from the recording, False if it is live.
-    brief
-        A text for narrow columns.
-    origin
-        A text that says where the reading comes from.
-    old
-        Why the reading is out of date, and how to update it; empty if it is up to date.
-    keys
-        The value of baked keyframes.
-    age
-        How long ago the reading was made.
-    """
-
-    text: str
-    icon: str
-    problem: str = ""
-    fields: Mapping[str, Any] | None = None
-    recorded: bool = False
-    brief: str = ""
-    origin: str = ""
-    old: str = ""
-    keys: str = ""
-    age: str = ""
-
-    @property
-    def short(self) -> str:
-        """The brief text with the age of the reading, for columns of medium width."""
-        return ", ".join(filter(None, (self.brief or self.text, self.age)))
 
 
 class ReadingTexts:

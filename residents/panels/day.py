@@ -8,7 +8,7 @@ from typing import Any
 import bpy
 from bpy.types import Context, Panel, UIList
 
-from ...angen_addon.view.panel_parts import ClosedSidebar, draw_lines, draw_progress
+from ...angen_addon.appearance.panel_parts import ClosedSidebar, draw_lines, draw_progress
 from ..blender.followed_day import why_stale
 from ..days.rows import HOUR_S, hours_minutes, lasting, time_at
 from .strip import colours_of, hour_pixels, icon_of, plain_pixels

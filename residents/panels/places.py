@@ -11,8 +11,7 @@ from typing import Any
 import bpy
 from bpy.types import Context, Panel
 
-from ...angen_addon.scene.instances import is_sensor
-from ...angen_addon.view.panel_parts import (
+from ...angen_addon.appearance.panel_parts import (
     ClosedSidebar,
     PhysicsTab,
     draw_lines,
@@ -20,6 +19,7 @@ from ...angen_addon.view.panel_parts import (
     draw_property,
     has_name_column,
 )
+from ...angen_addon.scene.instances import is_sensor
 from ..acting.places import DOOR, DRAWER, LAMP, MOVED
 from ..blender.marks import FACING, NONE, WITH_DISTANCE, describe_leaf, marked
 from ..operators import places

@@ -8,8 +8,7 @@ from typing import Any
 import bpy
 from bpy.types import Context, Panel
 
-from ...angen_addon.scene.lengths import SPEED
-from ...angen_addon.view.panel_parts import (
+from ...angen_addon.appearance.panel_parts import (
     PhysicsTab,
     Sidebar,
     draw_lines,
@@ -17,6 +16,7 @@ from ...angen_addon.view.panel_parts import (
     draw_row,
     has_name_column,
 )
+from ...angen_addon.scene.lengths import SPEED
 from ..blender.person import LABELS, body_of
 from ..blender.settings import is_resident
 from ..body.skeleton import Sort

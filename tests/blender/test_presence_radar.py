@@ -9,6 +9,7 @@ import bpy
 import numpy as np
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.api.home import Home
+from bl_ext.user_default.angen_sensors.angen_addon.appearance.reading_text import ACTIVE, IDLE
 from bl_ext.user_default.angen_sensors.angen_addon.coverage.maps import Views
 from bl_ext.user_default.angen_sensors.angen_addon.explain.explain import explain
 from bl_ext.user_default.angen_sensors.angen_addon.kinds.presence_radar.figure import (
@@ -21,7 +22,7 @@ from bl_ext.user_default.angen_sensors.angen_addon.runtime.sensor_runner import 
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.time_base import clock_of
 from bl_ext.user_default.angen_sensors.angen_addon.scene.home.evaluated_home import EvaluatedHome
 from bl_ext.user_default.angen_sensors.angen_addon.scene.sensors import read_parameters
-from bl_ext.user_default.angen_sensors.angen_addon.view.readings import ACTIVE, IDLE, reading_text
+from bl_ext.user_default.angen_sensors.angen_addon.view.readings import reading_text
 from bl_ext.user_default.angen_sensors.sensor_logic.logs.error import AngenError
 from bl_ext.user_default.angen_sensors.sensor_logic.model import Pose
 from mathutils import Vector

@@ -10,10 +10,10 @@ import types
 import bpy
 import numpy as np
 import pytest
+from bl_ext.user_default.angen_sensors.angen_addon.appearance.panel_parts import draw_progress
 from bl_ext.user_default.angen_sensors.angen_addon.commands import open_home as home
 from bl_ext.user_default.angen_sensors.angen_addon.process import console
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.simulation import Progress
-from bl_ext.user_default.angen_sensors.angen_addon.view.panel_parts import draw_progress
 from bl_ext.user_default.angen_sensors.operators import long_work
 from bl_ext.user_default.angen_sensors.sensor_logic import progress
 from panel_layout import Layout

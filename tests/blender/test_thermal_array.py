@@ -327,7 +327,7 @@ def test_in_the_floor_plan_an_array_at_the_ceiling_covers_an_area(room, addon_pa
 
 
 def test_the_panel_shows_the_frame_as_an_icon(room, addon_part):
-    icons = addon_part("angen_addon.view.pixel_icons")
+    icons = addon_part("angen_addon.appearance.pixel_icons")
     colours = np.zeros((2, 4, 3))
     colours[0, 0] = (1.0, 0.0, 1.0)
     pixels = icons.blocks(colours)

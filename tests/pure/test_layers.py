@@ -90,6 +90,12 @@ def test_the_core_imports_no_panel_and_no_operator() -> None:
     }
 
 
+def test_what_a_kind_looks_like_knows_no_view() -> None:
+    lower = [n for n in MODULES if n.startswith(("angen_addon.kinds", "angen_addon.appearance"))]
+    wrong = {(n, o) for n in lower for o in imported(n, True) if o.startswith("angen_addon.view")}
+    assert len(lower) > 15 and not wrong
+
+
 def test_only_what_is_in_the_window_imports_what_draws_it() -> None:
     """Plans, explanations, coverage, days and the command line work without it."""
     outside = [name for name in MODULES if not name.startswith(WINDOW)]

@@ -19,10 +19,10 @@ from ...advice import sensing as advice
 from ...advice import warmth
 from ...appearance.figures import CORNERS, Figure, corners_of, ends_of, pairs, straight, triangles
 from ...appearance.housing import Housing, looking
+from ...appearance.panel_parts import draw_lines
+from ...appearance.reading_text import ReadingText
 from ...runtime.trace import RaysMet, SensorRays, Trace
 from ...scene.sensors import Sensor
-from ...view.panel_parts import draw_lines
-from ...view.readings import ReadingText
 
 # Neighbouring rays count as hitting different surfaces if their ranges differ by more than JUMP
 # times the nearer range. If STEEPEST times the angle between the rays is more, it replaces JUMP.

@@ -24,10 +24,10 @@ from ....sensor_logic.logs.wording import Lengths, typed
 from ....sensor_logic.model import Array, Index, Pose
 from ...appearance.figures import Figure, around_edge, circle, ends_of, pairs, straight
 from ...appearance.housing import Housing, looking
+from ...appearance.reading_text import ACTIVE, IDLE, ReadingText
 from ...runtime.trace import RaysMet, SensorRays, Trace
 from ...scene.lengths import lengths_of
 from ...scene.sensors import Sensor, read_parameters
-from ...view.readings import ACTIVE, IDLE, ReadingText
 
 # The most gates that are drawn as arcs and as bars; more would be a solid surface.
 ARCS, BARS = 40, 20

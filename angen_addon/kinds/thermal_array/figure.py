@@ -21,11 +21,11 @@ from ...advice.warmth import nothing_warm
 from ...appearance.figures import Figure, around_edge, corners_of, pairs
 from ...appearance.handles import Handle, Point
 from ...appearance.housing import Housing, looking
+from ...appearance.panel_parts import draw_lines, draw_row
+from ...appearance.pixel_icons import icon_of
+from ...appearance.reading_text import ReadingText
 from ...runtime.trace import RaysMet, SensorRays, Trace
 from ...scene.sensors import Sensor
-from ...view.panel_parts import draw_lines, draw_row
-from ...view.pixel_icons import icon_of
-from ...view.readings import ReadingText
 
 # K. The least difference between the darkest and the brightest colour, so that noise stays dim.
 LEAST_SPAN = 5.0

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....sensor_logic.logs.wording import NOTHING
-from ...view.readings import ACTIVE, IDLE, UNKNOWN, ReadingText
+from ...appearance.reading_text import ACTIVE, IDLE, UNKNOWN, ReadingText
 from ..gizmos import pixels_of_handles
 from .picture import LOOKS, DrawnSensors, SensorRow, disc
 

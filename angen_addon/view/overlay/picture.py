@@ -19,12 +19,12 @@ from ....sensor_logic.logs.error import AngenError
 from ....sensor_logic.model import Array, Pose
 from ...appearance.appearance import appearance_of
 from ...appearance.figures import Figure, surface_outline
+from ...appearance.reading_text import ACTIVE, ReadingText
 from ...runtime.live import live_of
 from ...runtime.sensor_runner import SensorRunner
 from ...runtime.trace import RaysMet, Trace
 from ...scene.sensors import Sensor, all_sensors, unit_scale
 from ...view import readings
-from ...view.readings import ACTIVE, ReadingText
 
 # The look of each state of a sensor: a colour that colour-blind people can tell from the others
 # (after Okabe and Ito), a sign of a different shape, and whole or broken lines.

@@ -61,7 +61,7 @@ class MovingBody:
         return np.column_stack([np.interp(times, track[:, 0], track[:, k]) for k in (1, 2)])
 
     def put(self, stance: Stance, pose: BodyPose) -> None:
-        """Put the body into a stance and a pose (n = 1) at once."""
+        """Set the body's stance and its single pose, without a movement in between."""
         self.stance, self.pose = stance, pose
         self._track.append((self.now, *stance.centre))
 

@@ -37,7 +37,7 @@ class Power(NamedTuple):
 
 
 def family_of(lamp: Any) -> list[Any]:
-    """Return an object, all its children and the collections' objects that these instance."""
+    """Return an object, its children at all levels, and the objects that they instance."""
     found = [lamp, *sorted(lamp.children_recursive, key=lambda child: child.name)]
     for one in found:
         # A list that grows: instances may contain instances.

@@ -357,6 +357,23 @@ def test_what_a_diary_begins_with_at_midnight_was_begun_before(
     assert (sleep.activity, sleep.start) == ("Sleep", 0.0) and sleep.end == pytest.approx(7 * 3600)
 
 
+def test_a_folder_of_diaries_is_one_diary(
+    home: Path, addon_part: Callable[[str], Any], tmp_path: Path
+) -> None:
+    run, routine = addon_part("residents.blender.run"), home.parent / "week.toml"
+    one, folder = tmp_path / "one.csv", tmp_path / "days"
+    night = "2026-03-02 22:00,{},anna,Sleep\n", "{},2026-03-03 07:00,anna,Sleep\n"
+    head, midnight = "start,end,person,activity\n", "2026-03-03 00:00"
+    one.write_text(head + night[0].format("2026-03-03 07:00"))
+    folder.mkdir()
+    error = addon_part("sensor_logic.logs.error").InputError
+    with pytest.raises(error, match="days has no diary: name a folder with CSV files"):
+        run.Plan.read(routine, folder)
+    for name, row in zip(("2026-03-02.csv", "2026-03-03.csv"), night, strict=True):
+        folder.joinpath(name).write_text(head + row.format(midnight))
+    assert run.Plan.read(routine, folder).diary == run.Plan.read(routine, one).diary
+
+
 def test_a_process_that_fails_ends_the_run_with_the_days_that_are_made(
     day: Any, home: Path, workers_do: Any
 ) -> None:

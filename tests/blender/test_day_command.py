@@ -230,6 +230,37 @@ def test_the_day_of_a_process_that_is_killed_is_made_by_another(
     assert content(home.parent / "both") == LIVED[2]
 
 
+def test_a_process_that_crashes_with_the_status_of_windows_is_told(
+    day: Any, home: Path, lived: Callable[..., Path], workers_do: Any
+) -> None:
+    """There a crash has a positive status: 0xC0000005 is an access violation."""
+    lived(2)
+    workers_do("os._exit(0xC5)")
+    status, told = day("--jobs", 2, out="both")
+    assert told.splitlines()[0] == (
+        "angen: a process of --jobs was ended with status 0xc5; another process simulates "
+        "2026-03-03 again"
+    )
+    assert status == 0
+    assert content(home.parent / "both") == LIVED[2]
+
+
+def test_ctrl_c_in_a_terminal_of_windows_reaches_no_worker(monkeypatch: Any) -> None:
+    """There it reaches all processes of a group."""
+    given: dict[str, Any] = {}
+
+    def start(command: list[str], **options: Any) -> Any:
+        given.update(options)
+        raise OSError
+
+    monkeypatch.setattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0x200, raising=False)
+    monkeypatch.setattr(subprocess, "Popen", start)
+    shared = jobs.SharedDays(None, [1, 2], 1)  # type: ignore[arg-type]
+    with pytest.raises(OSError), shared:
+        pass
+    assert given["creationflags"] == 0x200 and given["start_new_session"]
+
+
 def started(home: Path, days: int) -> subprocess.Popen[str]:
     """Start `angen day --jobs 2`, and wait until the second process has a day."""
     words = words_of(home, "--jobs", 2, out="both", days=days)

@@ -2,7 +2,7 @@
 """Steps that are not the same each time: chances, alternatives, order, repetition, shares."""
 
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from itertools import groupby
 
 import pytest
@@ -155,7 +155,7 @@ def test_groups_are_written_as_they_are_read() -> None:
     assert routine_text(again, [], {}) == text and f"do = {do}" in text
 
 
-def test_a_timed_step_is_done_in_its_part_and_one_comes_back(play: Callable[..., object]) -> None:
+def test_a_timed_step_is_done_in_its_part_and_one_comes_back(play) -> None:
     relax = '["sit Sofa", { do = "use Stove 20 s", during = "second half" }]'
     day = play(f"Relax = {relax}", {"anna": [(-10, "Relax"), (60, "Relax")]}, until=120.0)
     stays = [s for s in day.acted.where if s.place and s.end - s.start > 5]
@@ -164,7 +164,7 @@ def test_a_timed_step_is_done_in_its_part_and_one_comes_back(play: Callable[...,
     assert 25 <= starts[0] < 61 and 90 <= starts[1] < 121
 
 
-def test_an_activity_all_of_whose_steps_are_left_out_stays(play: Callable[..., object]) -> None:
+def test_an_activity_all_of_whose_steps_are_left_out_stays(play) -> None:
     cook = '[{ do = "use Stove 20 s", chance = 0 }]'
     plan = {"anna": [(-10, "Sleep"), (60, "Cook"), (70, "Away"), (80, "Cook"), (90, "Sleep")]}
     day = play(f"Sleep = lie Bed\nCook = {cook}", plan)

@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from datetime import date, datetime
 from itertools import product
 from typing import Any
@@ -60,8 +61,8 @@ def check_bodies(persons: Mapping[str, Person]) -> None:
 def check(routine: Routine) -> None:
     """Raise `InputError` if the plans give a person two activities at the same time.
 
-    Entries with a chance below 1 are not checked: on a day with such an entry, the next entry
-    begins late.
+    Alternatives and entries with a chance below 1 are not checked: on a day with such an entry, the
+    next entry begins late.
     """
     for person in routine.persons:
         plans = [plan for plan in routine.plans if plan.person == person]
@@ -85,7 +86,7 @@ def _daily_entries(plans: list[FixedPoints], weekday: int, month: int) -> list[F
         for plan in always
         if weekday in plan.days.weekdays and month in plan.days.months
         for entry in plan.entries
-        if entry.chance == 1.0
+        if entry.chance == 1.0 and not entry.either
     ]
 
 
@@ -250,27 +251,48 @@ def _days(table: TomlTable) -> Calendar:
 def _plan(table: TomlTable, persons: Any, activities: set[str]) -> FixedPoints:
     person = table.one_of("person", persons)
     days = _days(table)
-    entries = []
-    for row in table.tables("entries"):
-        at = row.take("at", time_of_day)
-        lasts, until = _lasts_or_until(row)
-        if until is not None and until <= at:
-            until += DAY
-        entries.append(
-            FixedPoint(
-                row.one_of("activity", activities),
-                at,
-                row.take("spread", seconds, 0.0),
-                lasts,
-                until,
-                row.take("varies", _spread, (VARIES, VARIES)),
-                row.take("chance", number(0, 1), 1.0),
-                row.where(),
-            )
-        )
-        row.finish()
+    entries: list[FixedPoint] = []
+    for place, row in enumerate(table.tables("entries")):
+        if "either" in row.values:
+            entries += _alternatives(row, f"either {place}", activities)
+        else:
+            entries.append(_entry(row, activities))
     table.finish()
     return FixedPoints(person, days, tuple(entries))
+
+
+def _entry(row: TomlTable, activities: set[str]) -> FixedPoint:
+    at = row.take("at", time_of_day)
+    lasts, until = _lasts_or_until(row)
+    if until is not None and until <= at:
+        until += DAY
+    found = FixedPoint(
+        row.one_of("activity", activities),
+        at,
+        row.take("spread", seconds, 0.0),
+        lasts,
+        until,
+        row.take("varies", _spread, (VARIES, VARIES)),
+        row.take("chance", number(0, 1), 1.0),
+        row.where(),
+    )
+    row.finish()
+    return found
+
+
+def _alternatives(table: TomlTable, name: str, activities: set[str]) -> Iterator[FixedPoint]:
+    """Yield the entries of which one happens on a day; `name` is that of these alternatives."""
+    chance = table.take("chance", number(0, 1), 1.0)
+    rows = list(table.tables("either"))
+    weights = [row.take("weight", number(0, 1e6), 1.0) for row in rows]
+    if len(rows) < 2 or sum(weights) <= 0:
+        raise table.error("give two alternatives or more, one with a weight above 0", "either")
+    begins = 0.0
+    for row, weight in zip(rows, weights, strict=True):
+        share = chance * weight / sum(weights)
+        yield replace(_entry(row, activities), either=name, share=(begins, begins + share))
+        begins += share
+    table.finish()
 
 
 def _regular(row: TomlTable) -> tuple[tuple[float, float], float]:

@@ -172,6 +172,11 @@ class FixedPoint:
         The probability that the entry happens on a day.
     where : str
         The entry's position in the file.
+    either : str
+        The name of the alternatives to which the entry belongs, or "".
+    share : tuple of float
+        The entry of some alternatives happens if a number that is drawn for them once a day is from
+        the first to below the second.
     """
 
     activity: str
@@ -182,6 +187,8 @@ class FixedPoint:
     varies: Spread
     chance: float
     where: str
+    either: str = ""
+    share: tuple[float, float] = (0.0, 1.0)
 
 
 @dataclass(frozen=True)

@@ -521,7 +521,8 @@ EITHER = """{ chance = 0.8, either = [
 
 
 def test_of_alternatives_one_is_done_a_day() -> None:
-    segments = drawn(ONE_PERSON.format(entries=EITHER), 1000)
+    night = '{ at = "20:00", activity = "Sleep", lasts = "1 h" }'
+    segments = drawn(ONE_PERSON.format(entries=f"{EITHER}, {night}"), 1000)
     days = [int(s.start // DAY) for s in segments if s.activity != "Sleep"]
     assert len(set(days)) == len(days) == pytest.approx(800, abs=40)
     reading = sum(s.activity == "Read" for s in segments)
@@ -531,10 +532,10 @@ def test_of_alternatives_one_is_done_a_day() -> None:
 @pytest.mark.parametrize(
     ("old", "new", "told"),
     [
-        (", weight = 3", ", wight = 3", "line 9: the key 'wight' is unknown here"),
-        ("chance = 0.8", "chance = 8", "line 8: chance: 8 is not a number from 0 to 1"),
-        ("chance = 0.8", 'at = "9:00"', "line 8: the key 'at' is unknown here"),
-        ('"Away"', '"Awaay"', "line 10: activity: 'Awaay' is unknown"),
+        (", weight = 3", ", wight = 3", "line 11: the key 'wight' is unknown here"),
+        ("chance = 0.8", "chance = 8", "line 10: chance: 8 is not a number from 0 to 1"),
+        ("chance = 0.8", 'at = "9:00"', "line 10: the key 'at' is unknown here"),
+        ('"Away"', '"Awaay"', "line 12: activity: 'Awaay' is unknown"),
     ],
 )
 def test_what_is_wrong_with_alternatives_is_told_with_its_line(old, new, told) -> None:

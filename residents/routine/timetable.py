@@ -227,6 +227,10 @@ def _draw_plan_entries(
         if plan.person == person.name and draws.first + timedelta(day) in plan.days:
             for place, entry in enumerate(plan.entries):
                 name = f"plan {number} {place}"
+                if entry.either:
+                    either = draws.stream(person.name, day, f"plan {number} {entry.either}")
+                    if not entry.share[0] <= either.uniform() < entry.share[1]:
+                        continue
                 stream = draws.stream(person.name, day, name)
                 if stream.uniform() < entry.chance:
                     found.append(_draw_plan_entry(entry, name, day * DAY, stream))

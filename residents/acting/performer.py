@@ -19,7 +19,7 @@ from .hands import Hands
 from .home_in_use import HomeInUse
 from .navigator import ActivityAbandoned, Navigator, Process
 from .places import Door, Place
-from .timeline import AWAY, LYING, SITTING, STANDING, ActedActivity
+from .timeline import AWAY, LYING, SITTING, STANDING, ActedActivity, Use
 
 # Default duration of a step, and duration of a step that comes too late, s.
 USUAL, LATE = 10.0, 5.0
@@ -189,6 +189,8 @@ class Performer:
             lasts = self._cut_to_activity(lasts)
             if step.word == "use":
                 self.hands.work(place.target, lasts, stream)
+                use = Use(self.actor.now - lasts, self.actor.now, self.actor.name, place.name)
+                self.home.uses.append(use)
             else:
                 self.actor.stay_until(self.actor.now + lasts)
         elif step.word == "leave":

@@ -9,7 +9,7 @@ start. Steps before that only set lamps, doors and carried objects.
 from __future__ import annotations
 
 import heapq
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TypeVar
 
@@ -17,12 +17,12 @@ from ...sensor_logic.logs.error import InputError
 from ...sensor_logic.logs.toml_table import suggestion
 from ...sensor_logic.progress import Doing, Work, finished
 from ..body.skeleton import Build
-from ..routine.routine import DAY, Routine, Segment
+from ..routine.routine import DAY, NEW_DAY, Routine, Segment
 from ..routine.timetable import OTHER, Draws, Stream
-from .activity_steps import ActivitySteps, check_can_do, read_activities
+from .activity_steps import ActivitySteps, DrawnSteps, check_can_do, read_activities
 from .floor_map import FloorMap
 from .home_in_use import HomeInUse
-from .performer import Performer
+from .performer import Performer, PlannedActivity
 from .places import Places
 from .timeline import AWAY, LYING, SITTING, STANDING, Acted, ActedActivity, Stay, Use, Wait
 
@@ -91,14 +91,14 @@ def acting(
     _check_segments(segments, activities, residents, places)
     users = _users_of_places(segments, routine, activities, residents)
     home = HomeInUse(places, floor_map or FloorMap(places), users=users)
-    plans = {person: _segments_of_day(segments, person, day, draws) for person in residents}
-    _restore_home(home, segments, activities, plans, day)
+    plans = {person: _plan_of_day(segments, person, activities, day, draws) for person in residents}
+    _restore_home(home, segments, activities, residents, draws, day)
     initial = home.state()
     people: list[Performer] = []
     for person, build in residents.items():
-        begun = min((s.start for s, _ in plans[person]), default=0.0)
+        begun = min((planned.segment.start for planned in plans[person]), default=0.0)
         performer = Performer(person, build, home, begun, activities)
-        _put_at_start(performer, segments, day)
+        _put_at_start(performer, segments, draws, day)
         home.traffic.people.append(performer.actor)
         people.append(performer)
     first = min((performer.actor.now for performer in people), default=0.0)
@@ -155,10 +155,14 @@ def _users_of_places(
     return found
 
 
-def _segments_of_day(
-    segments: Sequence[Segment], person: str, day: int, draws: Draws
-) -> list[tuple[Segment, Stream]]:
-    """Return what a person does on a day, in s since its midnight, each with its random numbers."""
+def _plan_of_day(
+    segments: Sequence[Segment],
+    person: str,
+    activities: Mapping[str, ActivitySteps],
+    day: int,
+    draws: Draws,
+) -> list[PlannedActivity]:
+    """Return what a person does on a day, in s since its midnight."""
     mine = [s for s in segments if s.person == person]
     inside = [s for s in mine if s.end > day * DAY and s.start < (day + 1) * DAY]
     found = []
@@ -166,8 +170,27 @@ def _segments_of_day(
         since = int(segment.start // DAY)
         purpose = f"acting {segment.start - since * DAY:.3f}"
         moved = replace(segment, start=segment.start - day * DAY, end=segment.end - day * DAY)
-        found.append((moved, draws.stream(person, since, purpose)))
+        stream = draws.stream(person, since, purpose)
+        found.append(PlannedActivity(moved, stream, _draw_steps(segment, activities, draws)))
     return found
+
+
+def _draw_steps(
+    segment: Segment, activities: Mapping[str, ActivitySteps], draws: Draws
+) -> DrawnSteps | None:
+    """Return what is done in a segment, or None for an activity without steps."""
+    activity_steps, start = activities.get(segment.activity), segment.start
+    if activity_steps is None:
+        return None
+
+    def stream(group: str, daily: bool) -> Stream:
+        if daily:
+            day, purpose = (start - NEW_DAY) // DAY, f"alternative {segment.activity} {group}"
+        else:
+            day, purpose = start // DAY, f"steps {start % DAY:.3f} {group}"
+        return draws.stream(segment.person, int(day), purpose)
+
+    return activity_steps.draw(stream)
 
 
 # The start of a day.
@@ -181,14 +204,15 @@ def _restore_home(
     home: HomeInUse,
     segments: Sequence[Segment],
     activities: Mapping[str, ActivitySteps],
-    plans: Mapping[str, list[tuple[Segment, Stream]]],
+    persons: Iterable[str],
+    draws: Draws,
     day: int,
 ) -> None:
     """Set lamps, doors and carried objects to the state after all steps of earlier days."""
-    earlier = [s for person in plans for s in _earlier_segments(segments, person, day)]
+    earlier = [s for person in persons for s in _earlier_segments(segments, person, day)]
     for segment in sorted(earlier, key=lambda s: (s.start, s.person)):
-        activity_steps = activities.get(segment.activity)
-        for step in activity_steps.steps if activity_steps is not None else ():
+        drawn = _draw_steps(segment, activities, draws)
+        for step in drawn.all_steps if drawn is not None else ():
             if step.word == "switch":
                 home.lamps[home.places.lamps[step.name].object] = step.on
             elif step.word in ("open", "close"):
@@ -198,7 +222,9 @@ def _restore_home(
                 home.things[step.name] = step.at
 
 
-def _put_at_start(performer: Performer, segments: Sequence[Segment], day: int) -> None:
+def _put_at_start(
+    performer: Performer, segments: Sequence[Segment], draws: Draws, day: int
+) -> None:
     """Put a person where the last segment before the day ends.
 
     If no earlier segment ends at a place, use the first later one that does. Without such a
@@ -208,15 +234,16 @@ def _put_at_start(performer: Performer, segments: Sequence[Segment], day: int) -
     count = len(_earlier_segments(segments, performer.actor.name, day))
     known = performer.home.places.places
     for number, segment in enumerate([*mine[:count][::-1], *mine[count:]]):
-        activity_steps = performer.activities.get(segment.activity)
-        if activity_steps is None:
+        drawn = _draw_steps(segment, performer.activities, draws)
+        if drawn is None:
             continue
-        if activity_steps.posture == AWAY:
+        if drawn.posture == AWAY:
             performer.start_away()
             return
-        place, posture = known.get(activity_steps.place or ""), activity_steps.posture
+        place, posture = known.get(drawn.place or ""), drawn.posture
         if place is None and number >= count:
-            named = (known[step.name] for step in activity_steps.all_steps if step.name in known)
+            later = performer.activities[segment.activity].all_steps
+            named = (known[step.name] for step in later if step.name in known)
             place, posture = next(named, None), STANDING
         if place is not None and performer.is_free(place):
             performer.start_at(place, posture or STANDING)
@@ -234,7 +261,7 @@ def _put_at_start(performer: Performer, segments: Sequence[Segment], day: int) -
 # All persons together.
 
 
-def _run_all(people: list[tuple[Performer, list[tuple[Segment, Stream]]]]) -> Work[None]:
+def _run_all(people: list[tuple[Performer, list[PlannedActivity]]]) -> Work[None]:
     """Advance the persons until all have ended, always the one whose time is earliest.
 
     Of persons with the same time, the first in the list is advanced. Yield the progress, 0 to 1.

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from ...sensor_logic.model import Array
 from ..body.skeleton import Build
 from ..routine.routine import DAY, Segment
 from ..routine.timetable import Stream
-from .activity_steps import POSTURES, ActivityStep, ActivitySteps, RepeatedSteps
+from .activity_steps import POSTURES, ActivityStep, ActivitySteps, DrawnSteps, RepeatedSteps
 from .actor import LOOK, Actor
 from .floor_map import Spot
 from .hands import Hands
@@ -32,6 +32,25 @@ ARM_WAY = 0.85
 LEANING = 1.2
 # Repeated movements earlier than this before midnight are left out, s.
 BEFORE = 60.0
+
+
+@dataclass(frozen=True)
+class PlannedActivity:
+    """What a person is to do on a day.
+
+    Attributes
+    ----------
+    segment : Segment
+        The activity and its times, s since the day's midnight.
+    stream : Stream
+        Random numbers for the movements.
+    drawn : DrawnSteps or None
+        The drawn steps; None for an activity without steps.
+    """
+
+    segment: Segment
+    stream: Stream
+    drawn: DrawnSteps | None
 
 
 class Performer:
@@ -86,13 +105,10 @@ class Performer:
 
     # The day.
 
-    def live(self, segments: list[tuple[Segment, Stream]]) -> Process:
-        """Perform the segments of the day, in order.
-
-        A segment is what a person does from one time to another, in s since this day's midnight. It
-        comes with its random numbers.
-        """
-        for number, (segment, stream) in enumerate(segments):
+    def live(self, plan: list[PlannedActivity]) -> Process:
+        """Perform the activities of the day, in order."""
+        for number, planned in enumerate(plan):
+            segment = planned.segment
             if number and segment.end <= self.actor.now + LATE:
                 continue
             self.actor.stay_until(segment.start)
@@ -101,10 +117,9 @@ class Performer:
                 break
             self._begin_activity(segment.activity)
             self.navigator.deadline = segment.end
-            activity_steps = self.activities.get(segment.activity)
             try:
-                if activity_steps is not None:
-                    yield from self._perform(activity_steps, segment, stream)
+                if planned.drawn is not None:
+                    yield from self._perform(planned.drawn, planned)
             except ActivityAbandoned:
                 self.navigator.abandon()
             self.actor.stay_until(segment.end)
@@ -129,49 +144,65 @@ class Performer:
             activity, start = self._current
             self.done.append(ActedActivity(start, self.actor.now, self.actor.name, activity, ""))
 
-    def _perform(self, activity_steps: ActivitySteps, segment: Segment, stream: Stream) -> Process:
+    def _perform(self, drawn: DrawnSteps, planned: PlannedActivity) -> Process:
         """Perform the steps of an activity; a person who is away comes home first."""
         if self.actor.posture == AWAY:
-            if activity_steps.posture == AWAY and len(activity_steps.steps) == 1:
+            if drawn.posture == AWAY and len(drawn.steps) == 1:
                 return
-            yield from self._come_in(activity_steps.steps[0])
-        for number, step in enumerate(activity_steps.steps):
-            last = number == len(activity_steps.steps) - 1
-            yield from self._perform_step(step, last, stream)
+            all_steps = self.activities[planned.segment.activity].all_steps
+            yield from self._come_in((*drawn.steps, *all_steps)[0])
+        for number, step in enumerate(drawn.steps):
+            last = number == len(drawn.steps) - 1
+            yield from self._perform_step(step, last, planned.stream)
             yield
-        yield from self._repeat_movements(activity_steps, segment, stream)
+        yield from self._perform_later(drawn, planned)
 
-    def _repeat_movements(
-        self, activity_steps: ActivitySteps, segment: Segment, stream: Stream
-    ) -> Process:
-        """Perform the small movements of an activity, with rests between them, until it ends."""
+    def _perform_later(self, drawn: DrawnSteps, planned: PlannedActivity) -> Process:
+        """Perform what an activity has at certain times and again and again, until it ends."""
+        segment, stream = planned.segment, planned.stream
+        meanwhile = self.activities[segment.activity].meanwhile
         times = []
-        for number, one in enumerate(activity_steps.meanwhile):
+        for number, one in enumerate(meanwhile):
             rest = one.every * one.burst
             # The activity can begin in the middle of a rest.
             time = segment.start + stream.uniform() * stream.log_normal(rest, one.varies)
             while time < segment.end:
                 times.append((time, number))
                 time += stream.log_normal(rest, one.varies)
-        settled = next((s for s in reversed(activity_steps.steps) if s.word in POSTURES), None)
+        for number, (part, _) in enumerate(drawn.timed, len(meanwhile)):
+            times.append((segment.start + part * (segment.end - segment.start), number))
+        settled = next((s for s in reversed(drawn.steps) if s.word in POSTURES), None)
         for time, number in sorted(times):
-            if time < max(self.actor.now, -BEFORE) or self.actor.posture == AWAY:
+            repeated = number < len(meanwhile)
+            if self.actor.posture == AWAY or (
+                time < max(self.actor.now, -BEFORE) if repeated else self._is_over
+            ):
                 continue
             if time > DAY:
                 break
             self.actor.stay_until(time)
             yield
             posture, place = self.actor.posture, self.actor.place
-            yield from self._burst(activity_steps.meanwhile[number], stream)
+            if repeated:
+                yield from self._burst(meanwhile[number], stream)
+            else:
+                for step in drawn.timed[number - len(meanwhile)][1]:
+                    yield from self._perform_step(step, False, stream)
+                    yield
             if settled is not None and (posture, place) != (self.actor.posture, self.actor.place):
                 yield from self._perform_step(settled, True, stream)
+
+    @property
+    def _is_over(self) -> bool:
+        """Whether the time of the present activity is over."""
+        return self.actor.now >= self.navigator.deadline
 
     def _burst(self, repeated: RepeatedSteps, stream: Stream) -> Process:
         for number in range(stream.geometric(repeated.burst)):
             if number:
                 self.actor.stay_until(self.actor.now + stream.log_normal(*PAUSE))
                 yield
-            if self.actor.now >= self.navigator.deadline:
+            if self._is_over:
                 return
             step = repeated.steps[stream.weighted_choice([1.0] * len(repeated.steps))]
             yield from self._perform_step(step, False, stream)

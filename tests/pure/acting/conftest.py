@@ -169,7 +169,9 @@ def floor_map(home: Places) -> FloorMap:
 
 @pytest.fixture
 def play(home: Places, floor_map: FloorMap) -> Callable[..., Played]:
-    """Act activities, `Name = "steps"` one per line, by the minutes at which each begins.
+    """Act activities, `Name = steps` one per line, by the minutes at which each begins.
+
+    Steps are separated by commas, or a TOML array.
 
     They are acted in the small home, or in `places`.
     """
@@ -198,7 +200,8 @@ def routine_text(activities: str, people: list[str]) -> str:
         name, _, steps = line.partition(" = ")
         do, _, meanwhile = steps.partition(" while ")
         quoted = ", ".join(f'"{step.strip()}"' for step in do.split(","))
-        lines.append(f"[activity.{name}]\ndo = [{quoted}]")
+        array = do if do.startswith("[") else f"[{quoted}]"
+        lines.append(f"[activity.{name}]\ndo = {array}")
         if meanwhile:
             movement, _, every = meanwhile.partition(" every ")
             lines.append(f'while = [{{ do = "{movement}", every = "{every}" }}]')

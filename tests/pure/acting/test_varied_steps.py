@@ -1,0 +1,172 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Steps that are not the same each time: chances, alternatives, order, repetition, shares."""
+
+from collections import Counter
+from collections.abc import Iterator
+from itertools import groupby
+
+import pytest
+from angen_sensors.residents.acting.activity_steps import DrawnSteps, read_activities
+from angen_sensors.residents.acting.day import _draw_steps
+from angen_sensors.residents.acting.places import Places
+from angen_sensors.residents.routine import file
+from angen_sensors.residents.routine.routine import DAY, Segment
+from angen_sensors.residents.routine.text import routine_text
+from angen_sensors.residents.routine.timetable import Draws
+from angen_sensors.sensor_logic.logs.error import InputError
+
+from .conftest import MONDAY
+
+HEAD = """schema = 1
+[person.anna]
+begins = "Cook"
+[activity.Cook]
+do = """
+# When each of three meals of a day begins, s since midnight.
+MEALS = (7 * 3600.0, 12 * 3600.0, 18 * 3600.0)
+
+
+def drawn(places: Places, do: str, days: int = 400) -> Iterator[tuple[int, DrawnSteps]]:
+    """Yield the day and the drawn steps of each of three meals a day."""
+    activities = read_activities(file.read(HEAD + do, "week.toml"), places)
+    draws = Draws(1, MONDAY)
+    for day in range(days):
+        for at in MEALS:
+            segment = Segment(day * DAY + at, day * DAY + at + 600.0, "anna", "Cook")
+            steps = _draw_steps(segment, activities, draws)
+            assert steps is not None
+            yield day, steps
+
+
+def named(steps: DrawnSteps) -> tuple[str, ...]:
+    return tuple(step.name for step in steps.steps)
+
+
+def test_a_step_with_a_chance_is_done_as_often(home: Places) -> None:
+    do = '["use Stove 10 s", { do = ["use Cup 5 s", "use Stove 5 s"], chance = 0.3 }]'
+    counts = Counter(named(steps) for _, steps in drawn(home, do))
+    assert set(counts) == {("Stove",), ("Stove", "Cup", "Stove")}
+    assert counts["Stove", "Cup", "Stove"] / 1200 == pytest.approx(0.3, abs=0.04)
+
+
+def test_alternatives_are_drawn_once_a_day_by_their_weights(home: Places) -> None:
+    do = '[{ either = ["use Stove", { do = ["use Cup", "use Washbasin"], weight = 3 }] }]'
+    days = [list(group) for _, group in groupby(drawn(home, do), key=lambda one: one[0])]
+    assert all(len({named(steps) for _, steps in meals}) == 1 for meals in days)
+    counts = Counter(named(meals[0][1]) for meals in days)
+    assert counts["Cup", "Washbasin"] / len(days) == pytest.approx(0.75, abs=0.06)
+
+
+def test_alternatives_can_be_drawn_each_time(home: Places) -> None:
+    do = '[{ either = ["use Stove", "use Cup"], drawn = "each time" }]'
+    days = [list(group) for _, group in groupby(drawn(home, do), key=lambda one: one[0])]
+    mixed = sum(len({named(steps) for _, steps in meals}) == 2 for meals in days)
+    assert mixed / len(days) == pytest.approx(0.75, abs=0.06)
+
+
+def test_steps_are_repeated_and_change_their_order(home: Places) -> None:
+    do = '[{ do = ["use Stove", "use Cup", "use Washbasin"], any_order = true, times = [0, 2] }]'
+    counts = Counter(len(steps.steps) for _, steps in drawn(home, do))
+    assert set(counts) == {0, 3, 6}
+    assert all(count / 1200 == pytest.approx(1 / 3, abs=0.04) for count in counts.values())
+    firsts = Counter(named(steps)[0] for _, steps in drawn(home, do) if steps.steps)
+    assert all(firsts[name] / 800 == pytest.approx(1 / 3, abs=0.06) for name in firsts)
+    assert len(firsts) == 3
+
+
+@pytest.mark.parametrize(
+    ("share", "low", "high"),
+    [('"first third"', 0.0, 1 / 3), ('"last quarter"', 0.75, 1.0), ("[0.2, 0.4]", 0.2, 0.4)],
+)
+def test_a_share_of_the_activity(home: Places, share: str, low: float, high: float) -> None:
+    do = f'["use Stove", {{ do = "use Cup", during = {share}, times = 2 }}]'
+    parts = [part for _, steps in drawn(home, do) for part, _ in steps.timed]
+    assert len(parts) == 2400 and low <= min(parts) < low + 0.01
+    assert high - 0.01 < max(parts) <= high
+    assert all([part for part, _ in steps.timed] == sorted(part for part, _ in steps.timed)
+               for _, steps in drawn(home, do, 20))  # fmt: skip
+
+
+def test_another_group_changes_no_draw_of_those_before(home: Places) -> None:
+    one = '{ do = "use Cup", chance = 0.5 }'
+    alone = [named(steps).count("Cup") for _, steps in drawn(home, f"[{one}]", 50)]
+    more = f'[{one}, {{ do = "use Stove", chance = 0.5, times = [1, 5] }}]'
+    assert [named(steps).count("Cup") for _, steps in drawn(home, more, 50)] == alone
+
+
+@pytest.mark.parametrize(
+    ("do", "told"),
+    [
+        ('["lie Bed", { do = "sitt Sofa" }]', "'sitt Sofa' does not begin with the word of a step"),
+        ('[{ either = ["sit Sofa", "use Stove"] }, "turn over"]', "the person must be lying"),
+        ('["sit Sofa", { do = "leave", during = "first half" }]', "make it a separate activity"),
+    ],
+)
+def test_steps_in_groups_are_checked(home: Places, do: str, told: str) -> None:
+    with pytest.raises(InputError, match=r"^week\.toml, line 5: ") as caught:
+        read_activities(file.read(HEAD + do, "week.toml"), home)
+    assert told in str(caught.value)
+
+
+def test_turning_over_is_allowed_where_one_can_lie(home: Places) -> None:
+    do = '["sit Sofa", { do = "lie Bed", chance = 0.5 }, "turn over"]'
+    read_activities(file.read(HEAD + do, "week.toml"), home)
+
+
+@pytest.mark.parametrize(
+    ("do", "told"),
+    [
+        ('[{ doo = "sit Sofa" }]', "give 'do', with steps, or 'either', with alternatives"),
+        ('[{ do = "sit Sofa", either = ["sit Sofa"] }]', "and not both"),
+        ('[{ either = ["sit Sofa"] }]', "give two alternatives or more"),
+        ("[{ do = [] }]", "give at least one step"),
+        ('[{ do = "sit Sofa", chance = 2 }]', "chance: 2 is not a number from 0 to 1"),
+        ('[{ do = "sit Sofa", times = [3, 1] }]', "the second number is smaller than the first"),
+        ('[{ do = "sit Sofa", times = 1.5 }]', "times: 1.5 is not a whole number"),
+        (
+            '[{ do = "sit Sofa", during = "first thrid" }]',
+            "during: 'first thrid' is no part of an activity; did you mean 'first third'?",
+        ),
+        (
+            '[{ do = [{ do = "sit Sofa", during = "whole" }], during = "first half" }]',
+            "the steps around this one say 'during' already: leave it out",
+        ),
+        ('[{ do = "sit Sofa", weight = 2 }]', "the key 'weight' is unknown here"),
+        ('["sit Sofa", 3]', "do: 3 is no text"),
+        ("[]", "an activity must have at least one step"),
+    ],
+)
+def test_what_is_wrong_with_a_group_is_told_with_its_line(do: str, told: str) -> None:
+    with pytest.raises(InputError, match=r"^week\.toml, line 5: ") as caught:
+        file.read(HEAD + do, "week.toml")
+    assert told in str(caught.value)
+
+
+def test_groups_are_written_as_they_are_read() -> None:
+    do = (
+        '["use Stove", { either = ["use Cup", { do = ["sit Sofa"], weight = 2, '
+        'varies = [0.5, 1.25] }], drawn = "each time", chance = 0.5 }, { do = ["use Cup 5 s", '
+        '{ do = ["use Stove"], times = 2 }], times = [1, 3], any_order = true, during = '
+        '"first third" }, { do = ["use Cup"], varies = 0.4, during = [0.1, 0.2] }]'
+    )
+    routine = file.read(HEAD + do, "week.toml")
+    text = routine_text(routine, [], {})
+    again = file.read(text, "week.toml")
+    assert routine_text(again, [], {}) == text and f"do = {do}" in text
+
+
+def test_a_timed_step_is_done_in_its_part_and_one_comes_back(play) -> None:
+    relax = '["sit Sofa", { do = "use Stove 20 s", during = "second half" }]'
+    day = play(f"Relax = {relax}", {"anna": [(-10, "Relax"), (60, "Relax")]}, until=120.0)
+    stays = [s for s in day.acted.where if s.place and s.end - s.start > 5]
+    assert [s.place for s in stays] == ["Sofa", "Stove", "Sofa", "Stove", "Sofa"]
+    starts = [s.start / 60 for s in stays if s.place == "Stove"]
+    assert 25 <= starts[0] < 61 and 90 <= starts[1] < 121
+
+
+def test_an_activity_all_of_whose_steps_are_left_out_stays(play) -> None:
+    cook = '[{ do = "use Stove 20 s", chance = 0 }]'
+    plan = {"anna": [(-10, "Sleep"), (60, "Cook"), (70, "Away"), (80, "Cook"), (90, "Sleep")]}
+    day = play(f"Sleep = lie Bed\nCook = {cook}", plan)
+    places = [(s.place, s.posture) for s in day.acted.where if s.end - s.start > 300]
+    assert places == [("Bed", "lying"), ("", "away"), ("", "standing"), ("Bed", "lying")]

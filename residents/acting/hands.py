@@ -27,6 +27,8 @@ SPOT_TIME, MOVE_TIME, WIDE, DEEP = (2.5, 1.0), 0.7, 0.18, 0.08
 FOLLOWS = {1.0: 0.73, -1.0: 0.49}
 SLIDES_ALONG = 0.6
 GRIP = 0.05  # from the handle's point in the leaf to the hand, m
+# A leaf that is open for less than this is held all the time, and opened the less the shorter, s.
+BRIEF = 5.0
 # Durations of a hand's way to a point, of the movement of a leaf, and of drinking, s.
 REACH, SWING, DRINK = 0.6, 1.7, 3.6
 
@@ -249,6 +251,44 @@ class Hands:
         else:
             self.move_hand(hand, grip, 1.7, most=0.25, begins=end - 1.15 - actor.now)
             actor.stay_until(end + 0.55)
+
+    def look_into(self, door: Door, seconds: float, stream: Stream) -> None:
+        """Open a leaf, take or look for something behind it, and shut it, all in `seconds` s."""
+        closed, middle = door.closed, door.middle
+        inside = np.array([*middle, door.handle_at(closed)[2]])
+        if seconds >= BRIEF:
+            was_open = abs(self.home.opening(door) - closed) > 0.02
+            began = self.actor.now + REACH
+            if not was_open:
+                self.move_leaf(door, door.open)
+            # Shutting takes the last part of the time.
+            left = began + seconds - SWING - 0.1 - self.actor.now
+            self.work(inside, max(left, 0.5), stream)
+            self.move_leaf(door, closed)
+            return
+        actor, hand = self.actor, self.free_hand_for(door.handle_at(closed))
+        swing = min(SWING, 0.4 * seconds)
+        start = actor.now + REACH
+        end = start + seconds
+        before = self.home.opening(door)
+        after = closed + (door.open - closed) * seconds / BRIEF
+        opens = hand_on_handle(door, actor.position, (before, after), start, swing)
+        shuts = hand_on_handle(door, actor.position, (after, closed), end - swing, swing)
+        self.home.record_swing(door, start, start + swing, after, actor.name)
+        self.home.record_swing(door, end - swing, end, closed, actor.name)
+
+        def grip(times: Array) -> Array:
+            is_shutting = (times > end - swing)[:, None]
+            held: Array = np.where(is_shutting, shuts(times), opens(times))
+            return held
+
+        self.move_hand(hand, grip, seconds + REACH + 0.4, fall=0.4, most=0.25)
+        if 1 - hand not in self._full:
+            reach = min(REACH, 0.4 * seconds)
+            self.move_hand(
+                1 - hand, lambda _t: inside, seconds, reach, reach, 0.5, start + 0.3 - actor.now
+            )
+        actor.stay_until(end + 0.45)
 
 
 def sip_gesture(began: float) -> Gesture:

@@ -12,7 +12,7 @@ from ...sensor_logic.model import Array
 from ..body.skeleton import Build
 from ..routine.routine import DAY, Segment
 from ..routine.timetable import Stream
-from .activity_steps import POSTURES, ActivityStep, ActivitySteps, DrawnSteps, RepeatedSteps
+from .activity_steps import POSTURES, USUAL, ActivityStep, ActivitySteps, DrawnSteps, RepeatedSteps
 from .actor import LOOK, Actor
 from .floor_map import Spot
 from .hands import Hands
@@ -21,8 +21,8 @@ from .navigator import ActivityAbandoned, Navigator, Process
 from .places import Door, Place
 from .timeline import AWAY, LYING, SITTING, STANDING, ActedActivity
 
-# Default duration of a step, and duration of a step that comes too late, s.
-USUAL, LATE = 10.0, 5.0
+# Duration of a step that comes too late, s.
+LATE = 5.0
 # Pause between two movements of a burst, s, and size of small movements: median and log-normal
 # spread. LARGEST limits the size.
 PAUSE, SIZE, LARGEST = (1.2, 1.0), (1.3, 0.5), 2.2
@@ -42,14 +42,15 @@ class PlannedActivity:
     ----------
     segment : Segment
         The activity and its times, s since the day's midnight.
-    stream : Stream
-        Random numbers for the movements.
+    stream, durations : Stream
+        Random numbers for the movements, and for how long steps take.
     drawn : DrawnSteps or None
         The drawn steps; None for an activity without steps.
     """
 
     segment: Segment
     stream: Stream
+    durations: Stream
     drawn: DrawnSteps | None
 
 
@@ -85,6 +86,7 @@ class Performer:
         self.done: list[ActedActivity] = []
         # The present activity and its start.
         self._current: tuple[str, float] | None = None
+        self._durations: Stream | None = None  # the random numbers of its steps' durations
         self._exit: Door | None = None  # the door by which the person left
 
     def start_at(self, place: Place, posture: str) -> None:
@@ -116,7 +118,7 @@ class Performer:
             if self.actor.now >= DAY:
                 break
             self._begin_activity(segment.activity)
-            self.navigator.deadline = segment.end
+            self.navigator.deadline, self._durations = segment.end, planned.durations
             try:
                 if planned.drawn is not None:
                     yield from self._perform(planned.drawn, planned)
@@ -216,8 +218,8 @@ class Performer:
             yield from self._take_posture(step, place)
             lasts = step.lasts
             if lasts is None:
-                lasts = USUAL if step.word == "use" or (not last and step.word != "go") else 0.0
-            lasts = self._cut_to_activity(lasts)
+                lasts = 0.0 if last or step.word == "go" else USUAL
+            lasts = self._drawn_duration(step, lasts)
             if step.word == "use":
                 self.hands.work(place.target, lasts, stream)
             else:
@@ -225,7 +227,7 @@ class Performer:
         elif step.word == "leave":
             yield from self._leave(step)
         elif step.word in ("open", "close"):
-            yield from self._open_or_close(step)
+            yield from self._open_or_close(step, stream)
         elif step.word == "switch":
             yield from self._switch(step)
         elif step.word in ("take", "put"):
@@ -235,6 +237,12 @@ class Performer:
         else:
             self._move_a_little(step, stream)
 
+    def _drawn_duration(self, step: ActivityStep, median: float) -> float:
+        """Draw how long a step takes, s, but not longer than its activity."""
+        if step.varies is not None and median and self._durations is not None:
+            median = self._durations.log_normal(median, step.varies)
+        return self._cut_to_activity(median)
+
     def _cut_to_activity(self, seconds: float) -> float:
         """Return a duration, or the time until the activity ends if that is shorter, s."""
         return min(seconds, max(self.navigator.deadline - self.actor.now, LATE))
@@ -242,7 +250,7 @@ class Performer:
     def _move_a_little(self, step: ActivityStep, stream: Stream) -> None:
         """Perform a step that needs no walking: a small movement, a touch or a wait."""
         if step.word == "wait":
-            self.actor.stay_until(self.actor.now + self._cut_to_activity(step.lasts or 0.0))
+            self.actor.stay_until(self.actor.now + self._drawn_duration(step, step.lasts or 0.0))
         elif step.word == "turn over":
             seated = self.actor.seated
             now = 0 if seated is None else seated.side
@@ -251,7 +259,7 @@ class Performer:
         elif step.word == "shift":
             self.actor.shift(min(stream.log_normal(*SIZE), LARGEST))
         elif step.word == "look around":
-            self.actor.look_around(step.lasts or LOOK)
+            self.actor.look_around(self._drawn_duration(step, step.lasts or LOOK))
         else:
             self._reach(step, self.home.places.places[step.name].target)
 
@@ -326,13 +334,16 @@ class Performer:
             at = self.hands.touch(lamp.at)
         self.home.record_switch(lamp.object, step.on, at, self.actor.name)
 
-    def _open_or_close(self, step: ActivityStep) -> Process:
+    def _open_or_close(self, step: ActivityStep, stream: Stream) -> Process:
         door = self.home.places.doors[step.name]
         after = door.open if step.word == "open" else door.closed
-        if abs(self.home.opening(door) - after) < 0.02:
+        if step.lasts is None and abs(self.home.opening(door) - after) < 0.02:
             return
         yield from self.navigator.go_to_leaf(step, door)
-        self.hands.move_leaf(door, after)
+        if step.lasts is None:
+            self.hands.move_leaf(door, after)
+        else:
+            self.hands.look_into(door, self._drawn_duration(step, step.lasts), stream)
         self.home.occupy(door, self.actor, self.actor.now)
 
     # Leaving and coming home.

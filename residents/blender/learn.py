@@ -155,7 +155,8 @@ def _routine_text(
         f"Habits of {plural(days, 'day')}, learnt by `angen learn` from {options.activities.name}.",
         "docs/residents.md tells what each word means.",
     ]
-    return routine_text(replace(routine, activities=found), about, said)
+    uses = home.uses if home else {}
+    return routine_text(replace(routine, activities=found, uses=uses), about, said)
 
 
 def _by_word(known: Iterable[RoutineActivity]) -> dict[str, RoutineActivity]:

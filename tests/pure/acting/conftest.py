@@ -173,15 +173,15 @@ def play(home: Places, floor_map: FloorMap) -> Callable[..., Played]:
 
     Steps are separated by commas, or a TOML array.
 
-    They are acted in the small home, or in `places`.
+    They are acted in the small home, or in `places`. `head` is further text of the routine.
     """
 
     def played(
         activities: str, days: dict[str, list[tuple[float, str]]], day: int = 0, seed: int = 1,
         builds: dict[str, Build] | None = None, until: float = 1440.0,
-        places: Places | None = None,
+        places: Places | None = None, head: str = "",
     ) -> Played:  # fmt: skip
-        routine = file.read(routine_text(activities, list(days)), "week.toml")
+        routine = file.read(routine_text(activities, list(days), head), "week.toml")
         segments = []
         for person, begins in days.items():
             ends = [at for at, _ in begins[1:]] + [until]
@@ -194,8 +194,9 @@ def play(home: Places, floor_map: FloorMap) -> Callable[..., Played]:
     return played
 
 
-def routine_text(activities: str, people: list[str]) -> str:
+def routine_text(activities: str, people: list[str], head: str) -> str:
     lines = ["schema = 1", *(f'[person.{person}]\nbegins = "Away"' for person in people)]
+    lines += filter(None, [head])
     for line in filter(None, map(str.strip, activities.split("\n"))):
         name, _, steps = line.partition(" = ")
         do, _, meanwhile = steps.partition(" while ")

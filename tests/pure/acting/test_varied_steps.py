@@ -3,12 +3,16 @@
 
 from collections import Counter
 from collections.abc import Iterator
-from itertools import groupby
+from itertools import groupby, pairwise
 
+import numpy as np
 import pytest
 from angen_sensors.residents.acting.activity_steps import DrawnSteps, read_activities
 from angen_sensors.residents.acting.day import _draw_steps
 from angen_sensors.residents.acting.places import Places
+from angen_sensors.residents.acting.timeline import openings_at
+from angen_sensors.residents.body.poses import palm
+from angen_sensors.residents.body.solve import solve
 from angen_sensors.residents.routine import file
 from angen_sensors.residents.routine.routine import DAY, Segment
 from angen_sensors.residents.routine.text import routine_text
@@ -170,3 +174,70 @@ def test_an_activity_all_of_whose_steps_are_left_out_stays(play) -> None:
     day = play(f"Sleep = lie Bed\nCook = {cook}", plan)
     places = [(s.place, s.posture) for s in day.acted.where if s.end - s.start > 300]
     assert places == [("Bed", "lying"), ("", "away"), ("", "standing"), ("Bed", "lying")]
+
+
+def open_times(play, steps: str, head: str = "", times: int = 90) -> np.ndarray:
+    """Return for how long a leaf is open each time, s."""
+    spans = []
+    for seed in (1, 2):
+        day = play(
+            f'Cook = [{{ do = [{steps}], times = {times} }}]\nSleep = lie Bed',
+            {"anna": [(-1, "Sleep"), (10, "Cook"), (1400, "Sleep")]}, seed=seed, head=head,
+        )  # fmt: skip
+        swings = day.acted.swings["Drawer"]
+        assert len(swings) == 2 * times and all(s.start < s.end for s in swings)
+        assert all(a.end <= b.start for a, b in pairwise(swings))
+        spans += [b.end - a.start for a, b in zip(swings[::2], swings[1::2], strict=True)]
+    return np.array(spans)
+
+
+def test_a_leaf_is_open_as_long_as_a_real_fridge(play) -> None:
+    low, middle, high = np.quantile(
+        open_times(play, '"open Drawer for a while"'), (0.05, 0.5, 0.95)
+    )
+    # Measured: 2, 6 and 47 s. The standard error of the quantiles of 180 draws is up to 15 %.
+    assert np.log([low / 2, middle / 6, high / 47]) == pytest.approx(0, abs=0.35)
+
+
+def test_the_file_says_how_long_each_use_lasts(play) -> None:
+    head = '[uses]\nDrawer = { lasts = "20 s", varies = 0.0 }'
+    assert open_times(play, '"open Drawer for a while"', head, 5) == pytest.approx(20, abs=0.4)
+    assert open_times(play, '"open Drawer for 3 s"', head, 5) == pytest.approx(3, abs=0.1)
+    varied = open_times(play, '{ do = "open Drawer for 8 s", varies = 0.5 }', head)
+    assert np.std(np.log(varied)) == pytest.approx(0.5, abs=0.08)
+
+
+def test_a_leaf_that_was_open_for_a_while_is_shut_the_day_after(play) -> None:
+    lines = 'Cook = ["open Drawer for 8 s"]\nSleep = lie Bed'
+    plan = {"anna": [(-1, "Sleep"), (600, "Cook"), (700, "Sleep")]}
+    day = play(lines, plan, until=2880.0, day=1)
+    assert openings_at(day.acted.swings.get("Drawer", []), np.array([100.0]), 0.0) == 0.0
+
+
+def test_a_hand_stays_at_a_leaf_that_is_opened_briefly(play) -> None:
+    day = play('Look = [{ do = "open Door bedroom for 3 s", varies = 0.0 }]\nStand = go Corner',
+               {"anna": [(-1, "Stand"), (600, "Look"), (700, "Stand")]})  # fmt: skip
+    first, last = day.acted.swings["Door bedroom"]
+    assert last.end - first.start == pytest.approx(3.0) and last.after == 0.0
+    times = np.arange(first.start + 0.1, last.end, 0.1)
+    arms = solve(day.acted.bodies["anna"].poses(times))
+    handle = day.places.doors["Door bedroom"].handle_at
+    off = [
+        min(np.linalg.norm(palm(arms, side, 1.0)[k] - handle(float(wide))) for side in (0, 1))
+        for k, wide in enumerate(openings_at([first, last], times, 0.0))
+    ]
+    # Where the leaf is wide open, the hand follows as far as the arm reaches.
+    assert max(off) < 0.6 and off[0] < 0.15 and off[-1] < 0.15
+
+
+@pytest.mark.parametrize(
+    ("head", "told"),
+    [
+        ("[uses]\nDrawr = { varies = 0.5 }", "line 5: nothing is marked 'Drawr'; did you mean"),
+        ("[uses]\nDrawer = { vary = 0.5 }", "line 5: give 'lasts', 'varies' or both"),
+        ('[uses]\nDrawer = { lasts = "5 s", vary = 0.5 }', "line 5: the key 'vary' is unknown"),
+    ],
+)
+def test_what_is_wrong_with_uses_is_told_with_its_line(play, head: str, told: str) -> None:
+    with pytest.raises(InputError, match=rf"^week\.toml, {told}"):
+        play("Sleep = lie Bed", {"anna": [(-1, "Sleep")]}, head=head)

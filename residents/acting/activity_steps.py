@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -25,7 +26,7 @@ _WORDS = {
     "sit": (_PLACE, True),
     "lie": (_PLACE, True),
     "use": (_PLACE, True),
-    "reach": (_PLACE, False),
+    "reach": (_PLACE, True),
     "open": (_LEAF, False),
     "close": (_LEAF, False),
     "switch": (_LAMP, False),
@@ -154,7 +155,9 @@ def _with_usual_duration(
     if step.word == "open" and lasts is not None:
         usual, spread = A_WHILE, LEAF_SPREAD
         lasts = lasts or None
-    elif step.word in ("go", "stand at", "use", "sit", "lie"):
+    elif step.word in ("go", "stand at", "use", "sit", "lie") or (
+        step.word == "reach" and lasts is not None
+    ):
         usual, spread = USUAL, SPREADS.get(places.places[step.name].use, (VARIES, VARIES))
     else:
         return step
@@ -300,12 +303,35 @@ class DrawnSteps:
         return (*self.steps, *(step for _, steps in self.timed for step in steps))
 
 
+def _rest(word: str, an_hour: float) -> RepeatedSteps:
+    """Return a movement that is repeated so often an hour on average."""
+    step = ActivityStep(word, "", None, "", False, "")
+    varies = 1.0
+    # `every` is a median; the mean of a log-normal rest is longer.
+    return RepeatedSteps((step,), 3600.0 / an_hour / math.exp(varies**2 / 2), varies, 1.0)
+
+
+# How somebody moves who rests and of whom the routine says nothing, by posture.
+RESTS = {
+    # 1.6 (sd 0.7) changes of posture an hour: Skarpsno et al., Nature and Science of Sleep 9, 2017.
+    # Smaller movements are assumed.
+    LYING: (_rest("turn over", 1.6), _rest("shift", 3.0)),
+    # 7.8 (sd 5.2) an hour: Reenalda et al., J. Rehabilitation Research and Development 46(5), 2009.
+    SITTING: (_rest("shift", 7.8),),
+}
+
+
 @dataclass(frozen=True)
 class ActivitySteps:
     """The steps of an activity: those that are done when it begins, and those repeated then."""
 
     items: tuple[ActivityStep | ParsedGroup, ...]
     meanwhile: tuple[RepeatedSteps, ...]
+    usual_rest: bool = False
+
+    def rests(self, posture: str | None) -> tuple[RepeatedSteps, ...]:
+        """Return how somebody who rests in a posture moves, if the routine leaves it open."""
+        return RESTS.get(posture or "", ()) if self.usual_rest else ()
 
     @property
     def places(self) -> set[str]:
@@ -367,7 +393,7 @@ def _parse_activity(
             _check_stays(step)
         usual = 1.0 if any(step.word in POSTURES for step in among) else BURST
         meanwhile.append(RepeatedSteps(among, one.every, one.varies, one.burst or usual))
-    return ActivitySteps(items, tuple(meanwhile))
+    return ActivitySteps(items, tuple(meanwhile), activity.usual_rest)
 
 
 def _parse_items(

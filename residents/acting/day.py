@@ -170,10 +170,11 @@ def _plan_of_day(
         since = int(segment.start // DAY)
         at = f"{segment.start - since * DAY:.3f}"
         moved = replace(segment, start=segment.start - day * DAY, end=segment.end - day * DAY)
-        stream = draws.stream(person, since, f"acting {at}")
-        durations = draws.stream(person, since, f"durations {at}")
+        acting, durations, rests = (
+            draws.stream(person, since, f"{what} {at}") for what in ("acting", "durations", "rests")
+        )
         drawn = _draw_steps(segment, activities, draws)
-        found.append(PlannedActivity(moved, stream, durations, drawn))
+        found.append(PlannedActivity(moved, acting, durations, rests, drawn))
     return found
 
 

@@ -15,10 +15,10 @@ from ..routine.timetable import Stream
 from .activity_steps import POSTURES, USUAL, ActivityStep, ActivitySteps, DrawnSteps, RepeatedSteps
 from .actor import LOOK, Actor
 from .floor_map import Spot
-from .hands import Hands
+from .hands import AT_BASIN, AT_COUNTER, AT_DESK, Hands
 from .home_in_use import HomeInUse
 from .navigator import ActivityAbandoned, Navigator, Process
-from .places import Door, Place
+from .places import TAP, Door, Place
 from .timeline import AWAY, LYING, SITTING, STANDING, ActedActivity
 
 # Duration of a step that comes too late, s.
@@ -42,8 +42,8 @@ class PlannedActivity:
     ----------
     segment : Segment
         The activity and its times, s since the day's midnight.
-    stream, durations : Stream
-        Random numbers for the movements, and for how long steps take.
+    stream, durations, rests : Stream
+        Random numbers for the movements, for how long steps take, and for how somebody rests.
     drawn : DrawnSteps or None
         The drawn steps; None for an activity without steps.
     """
@@ -51,6 +51,7 @@ class PlannedActivity:
     segment: Segment
     stream: Stream
     durations: Stream
+    rests: Stream
     drawn: DrawnSteps | None
 
 
@@ -161,10 +162,11 @@ class Performer:
 
     def _perform_later(self, drawn: DrawnSteps, planned: PlannedActivity) -> Process:
         """Perform what an activity has at certain times and again and again, until it ends."""
-        segment, stream = planned.segment, planned.stream
-        meanwhile = self.activities[segment.activity].meanwhile
+        segment, activity_steps = planned.segment, self.activities[planned.segment.activity]
+        meanwhile = [(one, planned.stream) for one in activity_steps.meanwhile]
+        meanwhile += [(one, planned.rests) for one in activity_steps.rests(drawn.posture)]
         times = []
-        for number, one in enumerate(meanwhile):
+        for number, (one, stream) in enumerate(meanwhile):
             rest = one.every * one.burst
             # The activity can begin in the middle of a rest.
             time = segment.start + stream.uniform() * stream.log_normal(rest, one.varies)
@@ -186,13 +188,13 @@ class Performer:
             yield
             posture, place = self.actor.posture, self.actor.place
             if repeated:
-                yield from self._burst(meanwhile[number], stream)
+                yield from self._burst(*meanwhile[number])
             else:
                 for step in drawn.timed[number - len(meanwhile)][1]:
-                    yield from self._perform_step(step, False, stream)
+                    yield from self._perform_step(step, False, planned.stream)
                     yield
             if settled is not None and (posture, place) != (self.actor.posture, self.actor.place):
-                yield from self._perform_step(settled, True, stream)
+                yield from self._perform_step(settled, True, planned.stream)
 
     @property
     def _is_over(self) -> bool:
@@ -221,7 +223,8 @@ class Performer:
                 lasts = 0.0 if last or step.word == "go" else USUAL
             lasts = self._drawn_duration(step, lasts)
             if step.word == "use":
-                self.hands.work(place.target, lasts, stream)
+                work = AT_BASIN if place.use == TAP else AT_COUNTER
+                self.hands.work(place.target, lasts, stream, work)
             else:
                 self.actor.stay_until(self.actor.now + lasts)
         elif step.word == "leave":
@@ -261,17 +264,21 @@ class Performer:
         elif step.word == "look around":
             self.actor.look_around(self._drawn_duration(step, step.lasts or LOOK))
         else:
-            self._reach(step, self.home.places.places[step.name].target)
+            self._reach(step, self.home.places.places[step.name].target, stream)
 
-    def _reach(self, step: ActivityStep, point: Array) -> None:
-        """Touch a point (3,); raise `InputError` if it is too far away."""
+    def _reach(self, step: ActivityStep, point: Array, stream: Stream) -> None:
+        """Touch a point (3,), or work there; raise `InputError` if it is too far away."""
         off = self._distance_to(point)
         if off > 2 * ARM_WAY:
             name, place = self.actor.name, self.actor.last_place
             raise step.error(
                 f'it is {off:.1f} m away from {name!r} at {place!r}; add a step "go" before it'
             )
-        self.hands.touch(point)
+        if step.lasts is None:
+            self.hands.touch(point)
+            return
+        work = AT_DESK if self.actor.posture == SITTING else AT_COUNTER
+        self.hands.work(point, self._drawn_duration(step, step.lasts), stream, work)
 
     def _take_posture(self, step: ActivityStep, place: Place) -> Process:
         posture = POSTURES[step.word]

@@ -141,8 +141,8 @@ def _routine_text(
         if like is None and name != OTHER:
             unknown.append(name)
             said[name] += f"\n{UNSAID}"
-        steps = (like.do, like.meanwhile) if like else (NO_STEPS, ())
-        found[name] = RoutineActivity(name, *steps, labels)
+        steps = like or RoutineActivity(name, NO_STEPS)
+        found[name] = replace(steps, name=name, labels=labels)
     if unknown and home:
         note(
             f"{options.routine} has no activity for {named(unknown, len(unknown))}: add what is "

@@ -174,7 +174,9 @@ def _activity(name: str, table: TomlTable) -> RoutineActivity:
     if not do:
         raise table.error("an activity must have at least one step", "do")
     table.finish()
-    return RoutineActivity(name, do, tuple(meanwhile), labels, where)
+    return RoutineActivity(
+        name, do, tuple(meanwhile), labels, where, usual_rest="while" not in table.values
+    )
 
 
 def _steps(

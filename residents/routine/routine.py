@@ -140,6 +140,9 @@ class RoutineActivity:
         Its name in each of several public data sets.
     where : tuple of str
         The position of each step in the file.
+    usual_rest : bool
+        Whether somebody who sits or lies then moves as people do who rest, rather than only as
+        `meanwhile` says.
     """
 
     name: str
@@ -147,6 +150,7 @@ class RoutineActivity:
     meanwhile: tuple[Meanwhile, ...] = ()
     labels: Mapping[str, str] = field(default_factory=dict)
     where: tuple[str, ...] = ()
+    usual_rest: bool = True
 
 
 @dataclass(frozen=True)

@@ -109,6 +109,8 @@ def _activity(activity: RoutineActivity) -> Iterator[str]:
                 f"varies = {row.varies:g}{burst} }},"
             )
         yield "]"
+    elif not activity.usual_rest:
+        yield "while = []"
     if activity.labels:
         labels = (f"{_key(key)} = {_text(label)}" for key, label in activity.labels.items())
         yield f"labels = {{ {', '.join(labels)} }}"

@@ -171,7 +171,8 @@ def floor_map(home: Places) -> FloorMap:
 def play(home: Places, floor_map: FloorMap) -> Callable[..., Played]:
     """Act activities, `Name = steps` one per line, by the minutes at which each begins.
 
-    Steps are separated by commas, or a TOML array.
+    Steps are separated by commas, or a TOML array. Who rests keeps still, unless the line ends with
+    `while resting`.
 
     They are acted in the small home, or in `places`. `head` is further text of the routine.
     """
@@ -203,7 +204,9 @@ def routine_text(activities: str, people: list[str], head: str) -> str:
         quoted = ", ".join(f'"{step.strip()}"' for step in do.split(","))
         array = do if do.startswith("[") else f"[{quoted}]"
         lines.append(f"[activity.{name}]\ndo = {array}")
-        if meanwhile:
+        if not meanwhile:
+            lines.append("while = []")
+        elif meanwhile != "resting":
             movement, _, every = meanwhile.partition(" every ")
             lines.append(f'while = [{{ do = "{movement}", every = "{every}" }}]')
     return "\n".join(lines)

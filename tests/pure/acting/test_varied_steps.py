@@ -3,13 +3,14 @@
 
 from collections import Counter
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import groupby, pairwise
 
 import numpy as np
 import pytest
 from angen_sensors.residents.acting.activity_steps import DrawnSteps, read_activities
 from angen_sensors.residents.acting.day import _draw_steps
-from angen_sensors.residents.acting.places import Places
+from angen_sensors.residents.acting.places import TAP, USE, Place, Places
 from angen_sensors.residents.acting.timeline import openings_at
 from angen_sensors.residents.body.poses import palm
 from angen_sensors.residents.body.solve import solve
@@ -26,6 +27,8 @@ HEAD = """schema = 1
 begins = "Cook"
 [activity.Cook]
 do = """
+# A thing on the sofa, and where one would stand before it.
+CUSHION = Place("Cushion", USE, np.array([7.5, 1.17, 0.0]), 1.57, np.array([7.5, 1.0, 0.7]), 0.7)
 # When each of three meals of a day begins, s since midnight.
 MEALS = (7 * 3600.0, 12 * 3600.0, 18 * 3600.0)
 
@@ -241,3 +244,43 @@ def test_a_hand_stays_at_a_leaf_that_is_opened_briefly(play) -> None:
 def test_what_is_wrong_with_uses_is_told_with_its_line(play, head: str, told: str) -> None:
     with pytest.raises(InputError, match=rf"^week\.toml, {told}"):
         play("Sleep = lie Bed", {"anna": [(-1, "Sleep")]}, head=head)
+
+
+def test_who_rests_moves_as_often_as_measured(play) -> None:
+    rest = {"anna": [(-5, "Rest")]}
+    nights = [play("Rest = lie Bed while resting", rest, seed=seed) for seed in range(8)]
+    hours = 24.0 * len(nights)
+    spans = sum(len(night.acted.bodies["anna"].moving()) for night in nights)
+    assert spans / hours == pytest.approx(4.6, rel=0.2)
+    clips = [clip for night in nights for clip in night.acted.bodies["anna"].clips]
+    turns = sum(not clip.still and abs(clip.end - clip.start - 2.6) < 1e-6 for clip in clips)
+    assert turns / hours == pytest.approx(1.6, rel=0.2)
+    seats = [play("Rest = sit Sofa while resting", rest, seed=seed) for seed in range(8)]
+    spans = sum(len(seat.acted.bodies["anna"].moving()) for seat in seats)
+    assert spans / hours == pytest.approx(7.8, rel=0.2)
+    # A routine that says how somebody rests is followed.
+    said = play("Rest = sit Sofa while shift every 600 min", rest)
+    assert len(said.acted.bodies["anna"].moving()) < 30
+
+
+def test_trunk_and_hands_move_at_work_and_as_at_that_place(play, home: Places) -> None:
+    places = {**home.places, "Washbasin": replace(home.places["Washbasin"], use=TAP)}
+    lines = ["Cook = use Stove 20 min", "Wash = use Washbasin 20 min",
+             "Type = sit Sofa, reach Cushion 20 min"]  # fmt: skip
+    plan = [(0, "Cook"), (60, "Wash"), (120, "Type"), (180, "Cook")]
+    day = play("\n".join(lines), {"anna": plan},
+               places=replace(home, places=places | {"Cushion": CUSHION}))  # fmt: skip
+    widths = {}
+    for name, start in (("Cook", 3), ("Wash", 63), ("Type", 123)):
+        times = np.arange(start * 60.0, start * 60.0 + 240, 0.5)
+        pose = day.acted.bodies["anna"].poses(times)
+        arms = solve(pose)
+        across = np.array([-np.sin(pose.heading[0]), np.cos(pose.heading[0]), 0.0])
+        hands = [(palm(arms, side, 1.0) @ across).std() for side in (0, 1)]
+        widths[name] = (
+            max(hands),
+            (arms.at["chest"] @ across).std(),
+            (arms.at["head"] @ across).std(),
+        )
+        assert 0.01 < widths[name][0] < 0.2 and 0.002 < widths[name][1] < 0.06, widths
+    assert widths["Cook"][0] > 1.5 * widths["Wash"][0]

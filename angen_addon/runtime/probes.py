@@ -105,7 +105,7 @@ class Probes:
         `frame` is the present whole frame, or None if no sensor needs the motion of objects. `due`
         lists the pads that publish at this frame, so that their forces at it will be needed.
         """
-        self._query(depsgraph, self.capture.read(depsgraph))
+        self._show(self.capture.read(depsgraph))
         if frame is not None:
             self.look_at_motion(depsgraph, frame, due)
 
@@ -137,12 +137,12 @@ class Probes:
 
     def query_stored_frames(self, depsgraph: Any) -> None:
         """Let the next rays be cast at the frames captured since the last call."""
-        self._query(depsgraph, self.capture.finish())
+        self._show(self.capture.finish(depsgraph))
 
-    def _query(self, depsgraph: Any, frames: Frames) -> None:
-        self.caster.show(depsgraph, frames)
+    def _show(self, frames: Frames) -> None:
+        self.caster.show(frames)
         if self._exact is not self.caster:
-            self._exact.show(depsgraph, frames)
+            self._exact.show(frames)
 
     def hits(self, need: str, sensor: Uid, bundle: int, rays: Rays, count: int) -> Answers:
         """Return the hits of the rays that the last query `need` cast, as read-only `RayHits`.

@@ -99,7 +99,7 @@ def answer_surfaces(
     frames = query.frames if which is None else query.frames[which]
     known = query.sensor.uid, query.bundle(bundle)
     in_units = query.read.rays_in_units(origins, directions, length)
-    return query.probes.surfaces[need].see(query.depsgraph, *known, in_units, frames, *details)
+    return query.probes.surfaces[need].see(*known, in_units, frames, *details)
 
 
 def answer_echoes(
@@ -168,7 +168,7 @@ def _sweep(
     if before is None or before.step != step - 1:
         return None
     found = sweeper.sweep(
-        query.depsgraph, query.sensor.uid, before.solids, now, before.beam, beam, TOLERANCE / metres
+        query.sensor.uid, before.solids, now, before.beam, beam, TOLERANCE / metres
     )
     near, far = map(query.read.in_metres, (found.near, found.far))
     return replace(found, near=near, far=far)

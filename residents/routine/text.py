@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from datetime import date, datetime, time, timedelta
 
 from ...sensor_logic.logs.log import to_csv
@@ -61,19 +61,22 @@ def routine_text(routine: Routine, about: Sequence[str], said: Mapping[str, str]
     return "\n".join(lines) + "\n"
 
 
-def diary_text(segments: Iterable[Segment], first: date, gaps: str) -> str:
-    """Return segments as a diary, as `angen day --diary` reads it; `gaps` are not written."""
-    zero = datetime.combine(first, time())
+def diary_texts(segments: Sequence[Segment], first: date, days: int, gaps: str) -> dict[str, str]:
+    """Return the days from the date `first` on, each as a diary that `angen day --diary` reads.
 
-    def moment(seconds: float) -> str:
-        return (zero + timedelta(seconds=round(seconds))).isoformat()
-
-    rows = [
-        (moment(one.start), moment(one.end), one.person, one.activity)
-        for one in segments
-        if one.activity != gaps and round(one.end) > round(one.start)
-    ]
-    return to_csv(COLUMNS, sorted(rows))
+    The names of the files are dates. Activities are cut at midnight, and `gaps` are not written.
+    """
+    found = {}
+    for day in range(days):
+        zero = datetime.combine(first, time()) + timedelta(days=day)
+        rows = []
+        for one in segments:
+            begin, end = (round(min(max(at - day * DAY, 0.0), DAY)) for at in (one.start, one.end))
+            if one.activity != gaps and begin < end:
+                times = ((zero + timedelta(seconds=at)).isoformat() for at in (begin, end))
+                rows.append((*times, one.person, one.activity))
+        found[f"{zero:%Y-%m-%d}.csv"] = to_csv(COLUMNS, sorted(rows))
+    return found
 
 
 def _person(person: Person) -> Iterator[str]:

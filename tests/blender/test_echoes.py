@@ -36,7 +36,7 @@ class Radar:
         self.past = [one for one in self.past if one[0] < time][-steps:]
         self.past.append((time, self.probes.places.at(0)))
         probe = self.probes.surfaces[ECHOES]
-        return probe.see(depsgraph, -1, 0, rays, None, frequency, 0.1, [self.past])[0]
+        return probe.see(-1, 0, rays, None, frequency, 0.1, [self.past])[0]
 
 
 @pytest.fixture

@@ -251,7 +251,7 @@ def probe(world):
             origins = np.tile(np.array(place, float), (len(directions), 1))
             length = np.full(len(directions), SIGHT)
             rays = origins, directions, length
-            return self.probes.surfaces[WARMTH].see(depsgraph, sensor, bundle, rays)[0]
+            return self.probes.surfaces[WARMTH].see(sensor, bundle, rays)[0]
 
     return Probe()
 

@@ -38,24 +38,36 @@ class Frames:
         World bounds (k, m, 3).
     version
         A number (k, m) that changes whenever the solid moves or changes shape.
+    depsgraph
+        The evaluated depsgraph of the whole scene at the last frame; None for an empty scene.
     column
         The index of each solid along the axis of length m, by its row in `Solids`.
     """
 
-    def __init__(self, rows: Index, matrix: Array, lo: Array, hi: Array, version: Index) -> None:
+    def __init__(
+        self,
+        rows: Index,
+        matrix: Array,
+        lo: Array,
+        hi: Array,
+        version: Index,
+        depsgraph: Any = None,
+    ) -> None:
         self.rows = rows
+        self.depsgraph = depsgraph
         self.matrix, self.lo, self.hi, self.version = matrix, lo, hi, version
         self.column = {row: column for column, row in enumerate(rows.tolist())}
         # Surfaces at each frame, by row of the solids that change shape.
         self.surfaces: dict[int, list[Surface]] = {}
 
     @classmethod
-    def unchanged(cls, solids: Solids, count: int = 1) -> Frames:
+    def unchanged(cls, solids: Solids, depsgraph: Any = None, count: int = 1) -> Frames:
         """Return `count` equal frames, with the solids as they were read last."""
         rows = np.flatnonzero(solids.moving)
         placed = solids.matrix[rows], solids.lo[rows], solids.hi[rows]
         matrix, lo, hi = (np.repeat(part[None], count, axis=0) for part in placed)
-        return cls(rows, matrix, lo, hi, np.repeat(solids.version[None, rows], count, axis=0))
+        version = np.repeat(solids.version[None, rows], count, axis=0)
+        return cls(rows, matrix, lo, hi, version, depsgraph)
 
     def __len__(self) -> int:
         return len(self.version)
@@ -125,7 +137,7 @@ class Capture:
         """Return the present frame of an evaluated scene, as a batch of a single frame."""
         if not self.add(depsgraph):
             self.add_first(depsgraph, depsgraph)
-        return self.finish()
+        return self.finish(depsgraph)
 
     def add_first(self, depsgraph: Any, watched: Any) -> bool:
         """Copy the first frame of a batch after `add` has returned False.
@@ -194,12 +206,16 @@ class Capture:
         self._bytes += world.nbytes + sum(surface.bytes for surface in shapes.values())
         return True
 
-    def finish(self) -> Frames:
-        """Return the copied frames, start a new batch, and set the solids to the last frame."""
+    def finish(self, depsgraph: Any) -> Frames:
+        """Return the copied frames, start a new batch, and set the solids to the last frame.
+
+        `depsgraph` is the depsgraph of the whole scene, which must be at the last frame unless all
+        sensors read only what was copied.
+        """
         solids, count = self.solids, len(self)
         if not count:
             self._is_new = False
-            return Frames.unchanged(solids)
+            return Frames.unchanged(solids, depsgraph)
         worlds = np.stack([self._world, *self._worlds]).reshape(count + 1, -1, 16)
         changed = (worlds[1:] != worlds[:-1]).any(axis=2)
         moved = np.flatnonzero(changed.any(axis=0)).tolist()
@@ -207,7 +223,7 @@ class Capture:
         kept, bends = self._changed_surfaces()
         rows = sorted({*moves, *kept})
         solids.set_moving(np.array(rows, np.intp))
-        frames = Frames.unchanged(solids, count)
+        frames = Frames.unchanged(solids, depsgraph, count)
         steps = solids.syncs + 1 + np.arange(count)
         if moves:
             columns, at = [frames.column[row] for row in moves], list(moves.values())

@@ -205,8 +205,10 @@ schema = 1
 begins = "Sleep"
 [activity.Sleep]
 do = ["switch Lamp bedroom off", "lie Bed"]
+while = []
 [activity.Read]
 do = ["switch Lamp bedroom on", "sit Sofa"]
+while = []
 [[plan]]
 person = "anna"
 entries = [

@@ -258,8 +258,8 @@ def _passed_on(
         # Two triangles at whose common edge a ray hits are one hit.
         _, once = np.unique(np.column_stack([ray, depth, out > 0.0]), axis=0, return_index=True)
         parts.append((ray[once], depth[once], -facing * np.sign(out[once])))
-    hits = [np.concatenate(values) for values in zip(*parts, strict=True)]
-    reached[below[_has_gap(*hits, far[below], tolerance)]] = NOTHING
+    ray, depth, enters = (np.concatenate(values) for values in zip(*parts, strict=True))
+    reached[below[_has_gap(ray, depth, enters, far[below], tolerance)]] = NOTHING
     return reached
 
 
@@ -292,7 +292,7 @@ def _has_gap(
     # A ray that leaves a surface which it has not entered began inside.
     layers -= np.minimum(np.minimum.accumulate(layers, axis=1), 0.0)
     gaps = np.diff(depths, axis=1, append=far[:, None])
-    open_air: NDArray[np.bool_] = ((layers <= 0.0) & (gaps > widest)).any(axis=1)
+    open_air: NDArray[np.bool_] = np.logical_or.reduce((layers <= 0.0) & (gaps > widest), axis=1)
     return open_air
 
 

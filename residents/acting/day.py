@@ -9,7 +9,7 @@ start. Steps before that only set lamps, doors and carried objects.
 from __future__ import annotations
 
 import heapq
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TypeVar
 
@@ -24,7 +24,7 @@ from .floor_map import FloorMap
 from .home_in_use import HomeInUse
 from .performer import Performer, PlannedActivity
 from .places import Places
-from .timeline import AWAY, STANDING, Acted, ActedActivity, Stay, Wait
+from .timeline import AWAY, LYING, SITTING, STANDING, Acted, ActedActivity, Stay, Use, Wait
 
 # How long the activity at the end of the day is acted past midnight, s.
 AFTER = 60.0
@@ -308,7 +308,15 @@ def _collect_acted(home: HomeInUse, people: list[Performer]) -> Acted:
         sorted(_cut_to_day(stays), key=lambda one: (one.start, one.person)),
         home.sips,
         sorted(_cut_to_day(home.waits), key=lambda one: (one.start, one.person)),
+        sorted([*home.uses, *_rests(stays)], key=lambda one: (one.start, one.person)),
     )
+
+
+def _rests(stays: list[Stay]) -> Iterator[Use]:
+    """Yield the times for which persons sat or lay on objects, as uses of these objects."""
+    for stay in stays:
+        if stay.place and stay.posture in (SITTING, LYING):
+            yield Use(stay.start, stay.end, stay.person, stay.place)
 
 
 def _cut_to_day(entries: list[T]) -> list[T]:

@@ -19,7 +19,7 @@ from .hands import AT_BASIN, AT_COUNTER, AT_DESK, Hands
 from .home_in_use import HomeInUse
 from .navigator import ActivityAbandoned, Navigator, Process
 from .places import TAP, Door, Place
-from .timeline import AWAY, LYING, SITTING, STANDING, ActedActivity
+from .timeline import AWAY, LYING, SITTING, STANDING, ActedActivity, Use
 
 # Duration of a step that comes too late, s.
 LATE = 5.0
@@ -225,6 +225,8 @@ class Performer:
             if step.word == "use":
                 work = AT_BASIN if place.use == TAP else AT_COUNTER
                 self.hands.work(place.target, lasts, stream, work)
+                use = Use(self.actor.now - lasts, self.actor.now, self.actor.name, place.name)
+                self.home.uses.append(use)
             else:
                 self.actor.stay_until(self.actor.now + lasts)
         elif step.word == "leave":

@@ -401,7 +401,8 @@ def _parse_activity(
 
 
 def _parse_items(
-    do: Sequence[str | StepGroup], where: Sequence[str], places: Places, uses: Mapping[str, UsualUse],
+    do: Sequence[str | StepGroup], where: Sequence[str], places: Places,
+    uses: Mapping[str, UsualUse],
     postures: set[str | None], name: str, varies: Spread | None,
     among: bool = False, timed: bool = False,
 ) -> tuple[tuple[ActivityStep | ParsedGroup, ...], set[str | None]]:  # fmt: skip

@@ -54,6 +54,7 @@ def open(path: str | Path) -> Home:
 _NAMES = {
     "AngenError": "sensor_logic.logs.error",
     "EventRow": "angen_addon.api.recording",
+    "Evidence": "angen_addon.api.recording",
     "Home": "residents.blender.api",
     "HomeSensor": "angen_addon.api.home",
     "Recording": "angen_addon.api.recording",

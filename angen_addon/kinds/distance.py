@@ -45,11 +45,6 @@ class DistanceCause:
     distance: float
     targets: int
 
-    @property
-    def cause_name(self) -> str:
-        """The name of the object that most rays of the nearest zone hit; empty without a hit."""
-        return self.met[0][0] if self.met else ""
-
 
 def explain_distance(recorded: RecordedSensor, index: int) -> Explanation:
     """Explain update `index` of a distance sensor by its nearest zone."""

@@ -66,17 +66,6 @@ class BeamCause:
     open: bool
     threshold: float
 
-    @property
-    def cause_name(self) -> str:
-        """The name of the object that breaks the beam, or of the last one that did.
-
-        If the switch is open, this is the object that broke the beam at the previous update. The
-        name is empty without such an object.
-        """
-        if not self.open:
-            return self.now.name
-        return self.before.name if self.before and self.before.range < self.threshold else ""
-
 
 def lacking(recorded: RecordedSensor, index: int, found: Explanation) -> Explanation:
     """Add a fact to an explanation: what must change until the switch opens.

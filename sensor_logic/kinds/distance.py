@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..evidence import rows_text
+from ..evidence import Cause, measured_cause, rows_of, rows_text
 from ..geometry.pixels import all_cells, pixel_directions
 from ..kind import RAYS, REFLECTANCE, Field, Kind, Preset, parts_with
 from ..logs.wording import METRES, Advice, Lengths
@@ -466,6 +466,15 @@ DISTANCE = Field(
     tip="Distance of the nearest zone",
 )
 NEAR = Field("near", bool, quantity="proximity", tip="Whether the distance is below the threshold")
+
+
+def cause(track: Any, index: int) -> Cause:
+    """Return the cause of update `index` of a `Track`: what the rays of the nearest zone hit."""
+    zone = track.evidence.value("zone", index)
+    names = [name for name, _ in rows_of(track.evidence.value("hits", index))]
+    return measured_cause(track, index, names, f"zone {zone}" if zone >= 0 else "")
+
+
 KIND = Kind(
     "DISTANCE",
     5,
@@ -493,6 +502,7 @@ KIND = Kind(
         Field("zone", int, tip="Number of the nearest zone, row by row from the upper left one"),
         Field("hits", str, tip="Objects that its rays hit, with their numbers of rays"),
     ),
+    cause=cause,
     model=DistanceSensor,
     needs={RAYS: (), REFLECTANCE: (("target", "MATERIAL"),)},
     in_room=True,

@@ -146,7 +146,7 @@ def test_explain_names_who_warms_which_pixels(room):
     there = explain(room.scene, sensor, recording, 12)
     facts = dict(there.facts)
     assert there.headline.startswith("Occupied: 'Person'") and not there.doubt
-    assert there.cause.cause_name == "Person" and facts["In them"].startswith("'Person' ")
+    assert there.cause_name == "Person" and facts["In them"].startswith("'Person' ")
     assert facts["Background"] == "21.0 °C, the median of the frame"
     count = room.series(recording, "array", "warm_pixels")[12]
     assert facts["Warm pixels"].startswith(f"{count} of 64: 2 K above it; 3 are needed")
@@ -165,7 +165,7 @@ def test_explain_reads_the_learnt_background(room):
     recording = room.run(1, 24)
     (sensor,) = room.sensors()
     there = explain(room.scene, sensor, recording, 12)
-    assert there.cause.cause_name == "Person" and radiator.name not in there.headline
+    assert there.cause_name == "Person" and radiator.name not in there.headline
     assert there.cause.warm == room.series(recording, "array", "warm_pixels")[12]
     assert "learnt" in dict(there.facts)["Background"]
 
@@ -184,7 +184,7 @@ def test_explain_needs_no_frames_in_the_recording(room, settings):
         facts = dict(found.facts)
         assert facts["Warm pixels"] == f"{count} of 64: 2 K above it; 2 are needed"
         assert facts["Highest"].startswith(f"{highest:.1f} °C, row ")
-        assert found.cause.cause_name == ("Person" if count else "")
+        assert found.cause_name == ("Person" if count else "")
     assert columns["warm_pixels"][12] > 2 or "settling_time" in settings
 
 

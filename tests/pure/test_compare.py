@@ -403,11 +403,11 @@ def test_a_difference_names_time_sensor_field_and_both_values():
 
 def test_names_that_are_formulas_are_none_for_spreadsheets():
     text = to_csv(("sensor", "value"), [("=cmd()|' /C calc'!A0", "-1.5"), ("@SUM(A1)", "+1e3")])
-    assert for_spreadsheets(text) == to_csv(
+    assert "".join(for_spreadsheets([text])) == "\ufeff" + to_csv(
         ("sensor", "value"), [("'=cmd()|' /C calc'!A0", "-1.5"), ("'@SUM(A1)", "+1e3")]
     )
     plain = to_csv(("sensor",), [('Hall, "PIR"',), ("two\nlines",), ("3-D",)])
-    assert for_spreadsheets(plain) == plain
+    assert "".join(for_spreadsheets([plain])) == f"\ufeff{plain}"
 
 
 # Partners

@@ -10,6 +10,7 @@ import pytest
 from angen_sensors.sensor_logic.coverage.motions import MOTIONS, Start
 from angen_sensors.sensor_logic.kinds.presence_radar import KIND
 from angen_sensors.sensor_logic.kinds.presence_radar.coverage import view
+from angen_sensors.sensor_logic.kinds.presence_radar.gate_evidence import gate_energies
 from angen_sensors.sensor_logic.kinds.presence_radar.parameters import (
     FARTHEST,
     FASTEST,
@@ -27,7 +28,6 @@ from angen_sensors.sensor_logic.kinds.presence_radar.radar import (
     calibration,
     doppler_weight,
     echo_powers,
-    gate_energies,
     hann,
     person_power,
     radar_beams,

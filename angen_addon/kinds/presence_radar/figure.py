@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 from bpy.types import Context
 
+from ....sensor_logic.kinds.presence_radar.gate_evidence import gate_energies
 from ....sensor_logic.kinds.presence_radar.parameters import RadarParameters
 from ....sensor_logic.kinds.presence_radar.radar import (
     calibration,
     edge_of,
-    gate_energies,
     radar_beams,
 )
 from ....sensor_logic.logs.error import AngenError

@@ -82,9 +82,7 @@ def cast_along(
         starts = points[part] / home.metres
         ways = np.broadcast_to(direction, starts.shape)
         reach = np.full(len(starts), length / home.metres)
-        ranges[part], met[part] = home.caster.first_met(
-            home.depsgraph, home.rows, starts, ways, reach
-        )
+        ranges[part], met[part] = home.caster.first_met(home.rows, starts, ways, reach)
         yield
     return np.minimum(ranges * home.metres, length), met
 

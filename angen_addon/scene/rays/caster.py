@@ -21,10 +21,10 @@ from numpy.typing import NDArray
 
 from ....sensor_logic.arrays import are_equal
 from ....sensor_logic.model import Answers, Array
+from ..capture import Capture, Frames
 from ..instances import Uid
 from . import changing_shapes
 from .changing_shapes import RayPicture, apex_of, pictures_of, rotated
-from .frames import Capture, Frames
 from .geometry import Geometry
 from .solids import Solids, inverted
 
@@ -215,15 +215,13 @@ class RayCaster:
         self.seen = Answers([], np.zeros(0, np.intp))
         self._bundles: dict[tuple[Uid, int], CastBundle] = {}
         self._own: dict[Uid, _SensorSolids] = {}
-        self._depsgraph: Any = None
 
     def update(self, depsgraph: Any) -> None:
         """Read the changes of the scene. Call this after each evaluation, before casting rays."""
-        self.show(depsgraph, self.capture.read(depsgraph))
+        self.show(self.capture.read(depsgraph))
 
-    def show(self, depsgraph: Any, frames: Frames) -> None:
+    def show(self, frames: Frames) -> None:
         """Set the batch of frames at which later calls cast rays."""
-        self._depsgraph = depsgraph
         self.frames = frames
 
     def cast(
@@ -342,7 +340,6 @@ class RayCaster:
 
     def first_met(
         self,
-        depsgraph: Any,
         rows: NDArray[np.intp],
         origins: Array,
         directions: Array,
@@ -354,8 +351,6 @@ class RayCaster:
 
         Parameters
         ----------
-        depsgraph
-            The evaluated depsgraph from which the solids were read last.
         rows
             Rows of the solids at which rays are cast.
         origins
@@ -370,7 +365,6 @@ class RayCaster:
         tuple
             Ranges (n,) in Blender units, and numbers (n,) of the hit solids (NOTHING for a miss).
         """
-        self._depsgraph = depsgraph
         seen = self._no_hits(length)
         if len(length):
             rays = RayBundle(origins, directions, length)
@@ -567,11 +561,11 @@ class RayCaster:
         if geometry.deforms and surface.large:
             return surface.meet(rotated(origins, inverse) + inverse[:3, 3], ways)
         # Building the tree sets its pivot.
-        geometry.tree(self._depsgraph)
+        geometry.tree(self.frames.depsgraph)
         starts = rotated(origins, inverse) + (inverse[:3, 3] - geometry.pivot)
         scale = np.linalg.norm(ways, axis=1)
         limits = limits * scale * LIMIT_SLACK
-        far, faces = geometry.meet(self._depsgraph, starts, ways, limits)
+        far, faces = geometry.meet(self.frames.depsgraph, starts, ways, limits)
         return far / scale, faces
 
 

@@ -177,19 +177,17 @@ class EchoProbe(SurfaceProbe):
         self._made_of: dict[int, list[tuple[str, float]]] = {}
         self._by_frequency: dict[float, _Substances] = {}
 
-    def _see(
-        self, depsgraph: Any, sensor: Uid, bundle: int, rays: Rays, frames: Index, *details: Any
-    ) -> Answers:
+    def _see(self, sensor: Uid, bundle: int, rays: Rays, frames: Index, *details: Any) -> Answers:
         """Return the `Echoes` at each frame.
 
         `details` has the carrier frequency in GHz, the integration time in s and, for each frame,
         the times and the places of solids at the steps in it. The last of them is the frame itself.
         Without these places, all speeds are 0.
         """
-        at, metres = self._substances(float(details[0])), unit_scale(depsgraph.scene)
+        at, metres = self._substances(float(details[0])), unit_scale(self._depsgraph.scene)
         self._casting = at.stopping
         for caster in (at.stopping, at.passing):
-            caster.show(depsgraph, self._rays.frames)
+            caster.show(self._rays.frames)
         entries = at.entries(sensor, bundle, rays, frames, BEHIND / metres)
         found = at.stopping.see_at(sensor, bundle, rays, frames)
         pasts: Sequence[Past] = details[2] if len(details) > 2 else [()] * len(frames)
@@ -224,9 +222,9 @@ class EchoProbe(SurfaceProbe):
 
     # Substances and breathing.
 
-    def _update(self, depsgraph: Any) -> None:
+    def _update(self) -> None:
         """Read all substances if the scene was edited, or if any of them is animated."""
-        solids = self._rays.solids
+        solids, depsgraph = self._rays.solids, self._depsgraph
         if self._listing == solids.listing and not self._animated:
             return
         self._listing = solids.listing

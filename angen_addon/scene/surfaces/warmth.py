@@ -109,37 +109,35 @@ class Warmth(MetSurfaces):
     def _solids(self) -> Solids:
         return self._rays.solids
 
-    def _see(
-        self, depsgraph: Any, sensor: Uid, bundle: int, rays: Rays, frames: Index, *details: Any
-    ) -> Answers:
+    def _see(self, sensor: Uid, bundle: int, rays: Rays, frames: Index, *details: Any) -> Answers:
         """Return the `Emission` at each frame.
 
         `details` is empty, or has the times (k,) of the frames in s and the sensor's `WarmthLeft`.
         """
-        sees_prints = details and depsgraph.scene_eval.angen_warmth_left and self._bodies
+        sees_prints = details and self._depsgraph.scene_eval.angen_warmth_left and self._bodies
         if not sees_prints:
-            return super()._see(depsgraph, sensor, bundle, rays, frames)
+            return super()._see(sensor, bundle, rays, frames)
         found = self._rays.see_at(sensor, bundle, rays, frames)
-        return _SeenPrints(self, depsgraph, rays, found, *details).answers(frames)
+        return _SeenPrints(self, rays, found, *details).answers(frames)
 
     def scene_at(self, frame: int) -> Hashable:
         """Return a value that differs between frames of the caster at which solids differ."""
         return self._listing, self._rays.frames.version[frame].tobytes()
 
-    def contacts(self, depsgraph: Any, frame: int) -> dict[Place, Imprint]:
+    def contacts(self, frame: int) -> dict[Place, Imprint]:
         """Return where warm bodies touch other solids, at a frame of the caster."""
         at, state = self._rays.frames, self.scene_at(frame)
         if self._batch is not at:
             self._batch, self._contacts = at, {}
         if state not in self._contacts:
-            ambient = kelvin(depsgraph.scene_eval.angen_ambient_temperature)
+            ambient = kelvin(self._depsgraph.scene_eval.angen_ambient_temperature)
             temperature, _, share = self._values.T
             surface = temperature + share * (ambient - temperature)
             cold = np.where(np.isnan(surface), ambient, surface)
             at.show(self._solids, frame)
             try:
-                metres = unit_scale(depsgraph.scene)
-                self._contacts[state] = self._bodies.contacts(depsgraph, metres, cold)
+                metres = unit_scale(self._depsgraph.scene)
+                self._contacts[state] = self._bodies.contacts(metres, cold)
             finally:
                 at.show(self._solids, -1)
         return self._contacts[state]
@@ -152,25 +150,25 @@ class Warmth(MetSurfaces):
         matrix = self._solids.matrix[row] if column is None else at.matrix[frame, column]
         return in_frame(matrix, inverted(matrix), axis, points, metres)
 
-    def _values_at(self, depsgraph: Any, seen: RayHits) -> Emission:
-        ambient = kelvin(depsgraph.scene_eval.angen_ambient_temperature)
+    def _values_at(self, seen: RayHits) -> Emission:
+        ambient = kelvin(self._depsgraph.scene_eval.angen_ambient_temperature)
         values = self._values[seen.met]
         for number in np.unique(seen.met).tolist() if self._patches else ():
             patches = self._patches.get(number)
             if patches is not None:
                 which = np.flatnonzero(seen.met == number)
-                slot = self._slots(depsgraph, patches, seen.faces[which])
+                slot = self._slots(patches, seen.faces[which])
                 values[which] = patches.values[slot]
         temperature, emissivity, share = values.T
         surface = temperature + share * (ambient - temperature)
         return Emission(np.where(np.isnan(surface), ambient, surface), emissivity, ambient)
 
-    def _slots(self, depsgraph: Any, patches: _Patches, faces: Index) -> Index:
+    def _slots(self, patches: _Patches, faces: Index) -> Index:
         geometry = patches.solid.geometry
         # A modifier may change the faces.
         corners = geometry.state.corners
         if patches.slots is None or not np.array_equal(patches.corners, corners):
-            patches.slots, patches.corners = geometry.material_slots(depsgraph), corners
+            patches.slots, patches.corners = geometry.material_slots(self._depsgraph), corners
         found: Index = np.clip(
             patches.slots[np.clip(faces, 0, len(patches.slots) - 1)],
             0,
@@ -178,14 +176,14 @@ class Warmth(MetSurfaces):
         )
         return found
 
-    def _update(self, depsgraph: Any) -> None:
+    def _update(self) -> None:
         """Read all temperatures if the scene was edited, and otherwise only the animated ones."""
         solids = self._solids
         if self._listing == solids.listing:
             if self._changing:
                 by_uid, parents = _by_uid(), collection_parents()
                 for solid in self._changing:
-                    self._read(depsgraph, solid, by_uid, parents)
+                    self._read(solid, by_uid, parents)
                 self._bodies = Bodies(self._rays, self._warmest())
             return
         self._listing = solids.listing
@@ -193,7 +191,7 @@ class Warmth(MetSurfaces):
         self._values = np.tile(AMBIENT, (size, 1))
         self._patches.clear()
         by_uid, parents = _by_uid(), collection_parents()
-        self._changing = [s for s in solids.solids if self._read(depsgraph, s, by_uid, parents)]
+        self._changing = [s for s in solids.solids if self._read(s, by_uid, parents)]
         self._row_of = {solid.number: solid.row for solid in solids.solids}
         self._bodies = Bodies(self._rays, self._warmest())
 
@@ -209,15 +207,13 @@ class Warmth(MetSurfaces):
                 found[solid.number] = float(every.max())
         return found
 
-    def _read(
-        self, depsgraph: Any, solid: Solid, by_uid: dict[int, Any], parents: dict[Any, list[Any]]
-    ) -> bool:
+    def _read(self, solid: Solid, by_uid: dict[int, Any], parents: dict[Any, list[Any]]) -> bool:
         """Store the temperature of a solid; return whether it is animated.
 
         `by_uid` has the objects and materials of the file by session uid, and `parents` the direct
         parents of each collection.
         """
-        original = by_uid[solid.key[0]]
+        depsgraph, original = self._depsgraph, by_uid[solid.key[0]]
         whole = own_warmth(original.evaluated_get(depsgraph))
         if whole is None:
             inherited = inherited_warmth(original, parents)
@@ -240,8 +236,8 @@ class _SeenPrints:
 
     Parameters
     ----------
-    probe, depsgraph, rays
-        The probe, the evaluated depsgraph, and the rays in Blender units.
+    probe, rays
+        The probe, and the rays in Blender units.
     found
         The hits of the rays at each update.
     times, left
@@ -251,13 +247,12 @@ class _SeenPrints:
     def __init__(
         self,
         probe: Warmth,
-        depsgraph: Any,
         rays: Rays,
         found: Answers,
         times: Array,
         left: WarmthLeft,
     ) -> None:
-        self._probe, self._depsgraph, self._rays = probe, depsgraph, rays
+        self._probe, self._rays = probe, rays
         self._found, self._times, self._left = found, times, left
         self._table: list[Emission] = []
         self._rows = np.zeros(len(times), np.intp)
@@ -277,7 +272,7 @@ class _SeenPrints:
             if len(due) and self._left.scene != self._probe.scene_at(frame):
                 self._answer(frame, part[part < due[0]])
                 self._left.scene = self._probe.scene_at(frame)
-                contacts = self._probe.contacts(self._depsgraph, frame)
+                contacts = self._probe.contacts(frame)
                 self._left.touch(float(self._times[due[0]]), contacts)
                 part = part[part >= due[0]]
             self._answer(frame, part)
@@ -310,7 +305,7 @@ class _SeenPrints:
             return
         self._spots_of, self._spots = valid_for, []
         hits: RayHits = self._found.table[row]
-        metres = unit_scale(self._depsgraph.scene)
+        metres = unit_scale(self._probe._depsgraph.scene)
         for place, one in prints.items():
             which = np.flatnonzero(hits.met == place[0])
             if len(which):
@@ -324,7 +319,7 @@ class _SeenPrints:
     def _emission(self, row: int, passed: list[int]) -> Emission:
         """Return the emission of a row of hits, with the prints at the start of their intervals."""
         if row not in self._plain:
-            self._plain[row] = self._probe._values_at(self._depsgraph, self._found.table[row])
+            self._plain[row] = self._probe._values_at(self._found.table[row])
         plain = self._plain[row]
         if not self._spots:
             return plain

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ...arrays import Array, Index
-from ...evidence import rows_text
+from ...evidence import Cause, rows_of, rows_text
 from ...kind import Field
 from ...model import Pose, Updates
 
@@ -32,6 +32,20 @@ FIELDS = (
     Field("sensor_moved", float, "m", tip="How far the sensor moved between the scans"),
     Field("sensor_turned", float, "rad", tip="By how much the sensor turned between the scans"),
 )
+
+
+def cause_of_scan(track: Any, index: int) -> Cause:
+    """Return the cause of update `index` of a `Track`: the ray whose range changed most."""
+    tilt, ray, before, after, culprit, over = (
+        track.evidence.value(name, index)
+        for name in ("tilt", "ray", "before", "after", "culprit", "over")
+    )
+    if ray < 0:
+        return Cause()
+    names: tuple[str, ...] = ()
+    if culprit and abs(after - before) > track.parameters_at(index).threshold:
+        names = (culprit, *(name for name, _ in rows_of(over) if name not in ("", culprit)))
+    return Cause(names, f"tilt {tilt}, ray {ray}", "range_m", before, after)
 
 
 ARRAYS = "ranges", "clean", "solids"

@@ -6,12 +6,13 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Callable
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ...arrays import Array
-from ...evidence import rows_text
+from ...evidence import Cause, rows_of, rows_text
 from ...kind import Field
 from ...model import Emission, Updates
 from ...physics import STEFAN_BOLTZMANN, radiosity
@@ -28,6 +29,70 @@ FIELDS = (
         used_when=PYRO,
     ),
 )
+
+
+# s. Changes that are longer ago have mostly decayed in the amplifier.
+WINDOW = 0.5
+# s. This long after a movement the signal may swing over the threshold once more.
+SWING_BACK = 2.0
+
+
+@dataclass(frozen=True)
+class WarmObject:
+    """An object that changed the radiant power on the detector's elements.
+
+    Attributes
+    ----------
+    name
+        The name of the object.
+    change
+        The sum of the absolute changes of power from update to update, in W per m² of lenslet.
+    temperature
+        The mean temperature of its surface in K.
+    rays
+        The number of rays that hit the object after its last change.
+    """
+
+    name: str
+    change: float
+    temperature: float
+    rays: int
+
+
+def cause_of_warmth(track: Any, index: int) -> Cause:
+    """Return the cause of update `index` of a `Track`: what changed the power on the elements."""
+    signals = track.columns["signal"]
+    before, after = signals[index - 1] if index else math.nan, signals[index]
+    things = warm_objects(track, index) if abs(after) > 1.0 else ()
+    return Cause(tuple(thing.name for thing in things), "", "signal", before, after)
+
+
+def warm_objects(track: Any, index: int) -> tuple[WarmObject, ...]:
+    """Return the objects that explain the signal at update `index` of a `Track`.
+
+    The object with the greatest change is first.
+    """
+    things = _changed(track, index, WINDOW)
+    if abs(track.columns["signal"][index]) > 1.0 and not things:
+        # After a movement the amplifier swings back, so the cause may be further in the past.
+        things = _changed(track, index, SWING_BACK)
+    return things
+
+
+def _changed(track: Any, index: int, window: float) -> tuple[WarmObject, ...]:
+    """Return the objects that changed the power in the `window` (s) up to an update."""
+    times, at = track.times, index
+    found: dict[str, WarmObject] = {}
+    warmth: dict[str, tuple[float, int]] = {}
+    while at > 0 and times[index] - times[at - 1] <= window + 1e-9:
+        for name, change, temperatures, count, rays in rows_of(track.evidence.value("warm", at)):
+            total, of = warmth.get(name, (0.0, 0))
+            warmth[name] = total, of = total + temperatures, of + count
+            known = found.get(name, WarmObject(name, 0.0, 0.0, rays))
+            found[name] = replace(known, change=known.change + abs(change), temperature=total / of)
+        at -= 1
+    things = (thing for _, thing in sorted(found.items()) if thing.change > 0.0)
+    return tuple(sorted(things, key=lambda thing: -thing.change))
 
 
 class _Seen(NamedTuple):

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...arrays import Array
-from ...evidence import rows_text
+from ...evidence import Cause, measured_cause, rows_of, rows_text
 from ...kind import Field
 from ...logs.wording import ZERO_CELSIUS
 from ...model import Answers, Emission, Updates
@@ -38,6 +38,14 @@ FIELDS = (
         "radiation above the background",
     ),
 )
+
+
+def cause(track: Any, index: int) -> Cause:
+    """Return the cause of update `index` of a `Track`: the objects in its warm pixels, if any."""
+    is_warm = track.columns["warm_pixels"][index] > 0
+    objects = rows_of(track.evidence.value("objects", index)) if is_warm else ()
+    part = f"pixel {track.evidence.value('hottest', index)}"
+    return measured_cause(track, index, (name for name, _ in objects), part)
 
 
 class PixelEvidence:

@@ -8,7 +8,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from ..error import InputError
-from ..files import check_folder
+from ..files import check_folder, check_target
 from . import Format, FormatFiles
 
 
@@ -36,6 +36,7 @@ def check_out(target: Format, out: Path, sources: Iterable[Path] = (), flag: str
     if target.is_folder and out.exists() and not out.is_dir():
         raise InputError(f"{flag}: {out} is a file; {target.name} is a folder, give its name")
     check_folder(out if target.is_folder and out.exists() else out.parent, flag)
+    check_target(out, flag)
 
 
 def check_apart(flag: str, path: Path, others: Iterable[Path]) -> None:
@@ -49,6 +50,7 @@ def check_apart(flag: str, path: Path, others: Iterable[Path]) -> None:
     if path.resolve() in {other.resolve() for other in others}:
         raise InputError(f"{flag}: {path} is also read or written; give another name")
     check_folder(path.parent, flag)
+    check_target(path, flag)
 
 
 def output_files(target: Format, out: Path, written: FormatFiles) -> dict[Path, str | bytes]:

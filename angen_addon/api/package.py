@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 from ...parts import installed
 from .opening import open_home_file
@@ -31,7 +31,7 @@ def open(path: str | Path) -> Home:
 
     Blender holds one file at a time: a home opened before is closed.
     """
-    return cast("Home", open_home_file(path, next(name for name in HOMES if installed(name))))
+    return open_home_file(path, next(name for name in HOMES if installed(name)))
 
 
 def __getattr__(name: str) -> Any:

@@ -115,10 +115,41 @@ ONCE += tuple(
 )
 
 
+# Tests that show most of what differs between versions of Blender: what users see, registration,
+# panels, depsgraph, meshes, actions and light. `.ci/run` asks them of each version at every change.
+EACH = tuple(
+    f"test_{name}.py"
+    for name in (
+        "bake",
+        "day",
+        "golden",
+        "handles",
+        "light_scene",
+        "nothing_evaluated_kept",
+        "odd_geometries",
+        "overlay",
+        "panels",
+        "playhead",
+        "ray_layer",
+        "recording_stale",
+        "registration",
+        "residents",
+        "room",
+        "sample_homes",
+        "side_effects",
+        "systems",
+        "timeline",
+    )
+)
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Mark the tests by their folder or file."""
     once = [ROOT / "tests" / name for name in ONCE]
+    each = [ROOT / "tests" / "blender" / name for name in EACH]
     for item in items:
+        if item.path in each:
+            item.add_marker("each")
         if any(path in (item.path, *item.path.parents) for path in once):
             item.add_marker("once")
         for folder in ("blender", "e2e"):

@@ -190,7 +190,7 @@ def _power(value):
     return f"{digit}e{int(power)}"
 
 
-@pytest.mark.parametrize("name", ["learnt_days", "like_real_homes", "recogniser"])
+@pytest.mark.parametrize("name", ["learnt_days", "like_real_homes", "recogniser", "sim_to_real"])
 def test_an_example_without_its_packages_is_one_line(name):
     script = page.DOCS / "examples" / f"{name}.py"
     # -S: without any installed package.

@@ -180,22 +180,25 @@ def _timed_functions() -> tuple[tuple[Any, str, str], ...]:
     """Return the functions that `Stopwatch` times: owner, name, and part of the run."""
     from angen_sensors.angen_addon.runtime.edits import Edits
     from angen_sensors.angen_addon.runtime.probes import Probes
-    from angen_sensors.angen_addon.runtime.sensor_runner import PendingUpdates, SensorRunner
+    from angen_sensors.angen_addon.runtime.sensor_runner import PendingUpdates
+    from angen_sensors.angen_addon.scene.capture import Capture
     from angen_sensors.angen_addon.scene.forces.tracker import ContactTracker
     from angen_sensors.angen_addon.scene.rays.caster import RayCaster
     from angen_sensors.angen_addon.scene.rays.reference import SceneRayCaster
+    from angen_sensors.angen_addon.scene.sensor_reader import SensorReader
     from angen_sensors.sensor_logic.recording.tracks import Track
 
     return (
         (Edits, "note", "what moved"),
-        (RayCaster, "update", "what moved"),
-        (SceneRayCaster, "update", "what moved"),
+        (Capture, "add", "what moved"),
+        (Capture, "add_first", "what moved"),
+        (Capture, "finish", "what moved"),
         (RayCaster, "cast_at", "rays"),
         (SceneRayCaster, "cast_at", "rays"),
         (ContactTracker, "look", "contact forces"),
         (Probes, "forces", "contact forces"),
         (Probes, "measure", "light"),
-        (SensorRunner, "read", "sensor models"),
+        (SensorReader, "read", "sensor models"),
         (PendingUpdates, "readings", "sensor models"),
         (Track, "extend", "recording"),
     )

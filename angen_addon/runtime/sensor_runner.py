@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Runners of sensors: each makes the updates of one sensor.
 
-An update is one time at which a sensor senses and publishes. A runner reads the parameters and the
-pose of its sensor. It then calls the sensor's model, which queries the scene. The functions in
-`ANSWERS` answer these queries by the probes.
+An update is one time at which a sensor senses and publishes. A runner takes the parameters and
+poses of its sensor from a batch of captured frames. It then calls the sensor's model, which queries
+the scene. The functions in `ANSWERS` answer these queries by the probes.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...sensor_logic.clock import Clock, Schedule
+from ...sensor_logic.forces.world import PadForces
 from ...sensor_logic.geometry.sweep import RayCrossings
 from ...sensor_logic.kind import CROSSINGS, FORCES, LIGHT, POSES, RAYS
-from ...sensor_logic.logs.error import AngenError, explained
 from ...sensor_logic.model import (
     Answers,
     Array,
@@ -29,34 +29,22 @@ from ...sensor_logic.model import (
     Pose,
     Reading,
     Readings,
-    Update,
     Updates,
-    pose_from_matrix,
 )
 from ...sensor_logic.noise import generator
 from ...sensor_logic.parameters import specs
 from ...sensor_logic.radio.echoes import ECHOES
-from ..scene.animation import is_animated, is_static
-from ..scene.forces.frame_state import gravity_of
-from ..scene.instances import Uid, shown_in, within
+from ..scene.animation import is_animated
+from ..scene.instances import Uid
 from ..scene.light.probe import LightRequest
 from ..scene.light.views import view_rays
 from ..scene.rays.caster import RayCaster
 from ..scene.rays.sweep import TOLERANCE, SweptRays
-from ..scene.sensors import (
-    NotPlaced,
-    Sensor,
-    check_evaluated,
-    decimal,
-    placed_matrix,
-    read_parameters,
-    read_pose,
-    unit_scale,
-)
+from ..scene.sensor_reader import Read, SensorReader
+from ..scene.sensors import Sensor, decimal
 from ..scene.surfaces import SURFACES
-from ..scene.units import kilograms
 from .probes import Probes
-from .trace import CAST, PlacedStep, Query, RaysMet, Read, Swept, Trace
+from .trace import CAST, PlacedStep, Query, RaysMet, Swept, Trace
 
 # The index of the only frame of a batch.
 PRESENT = np.zeros(1, np.intp)
@@ -175,17 +163,14 @@ def _sweep(
 
 
 def answer_contact(query: Query, which: Index | None = None) -> Answers:
-    """Return the forces on a pad at all updates of a query.
-
-    First evaluate the next frame, because the forces depend on the motion to it.
-    """
+    """Return the forces on a pad at all updates of a query."""
     assert query.read.at_step is not None
     weight, chosen = query.read.at_step[FORCES]
     table: list[PadContact] = []
     rows = []
     for step in query.steps:
         whole = query.clock.frame_and_subframe(step)[0]
-        forces = query.probes.forces(query.sensor.uid, whole)
+        forces = query.forces[whole]
         if not table or table[-1].forces is not forces:
             table.append(PadContact(forces, weight, chosen))
         rows.append(len(table) - 1)
@@ -207,70 +192,6 @@ ANSWERS: dict[str, Callable[..., Answers]] = {
     **{need: partial(answer_surfaces, need) for need in SURFACES},
     ECHOES: answer_echoes,
 }
-
-
-def read_at_step(
-    sensor: Sensor, evaluated: Any, depsgraph: Any, metres: float
-) -> dict[str, Any] | None:
-    """Return the answers that can only be read while the scene is at this step, by quantity.
-
-    FORCES has the weight of a pad and the objects that it measures. POSES has the poses of the
-    objects that parameters name. Return None if the model needs neither quantity. `evaluated` is
-    the evaluated object of the sensor.
-    """
-    found: dict[str, Any] = {}
-    if sensor.kind.requires(FORCES):
-        weight = _own_weight(evaluated, depsgraph.scene, metres)
-        found[FORCES] = weight, _partners(sensor.parameters_in(evaluated))
-    if sensor.kind.requires(POSES):
-        found[POSES] = _named_poses(sensor, sensor.parameters_in(evaluated), depsgraph, metres)
-    return found or None
-
-
-def _named_poses(
-    sensor: Sensor, settings: Any, depsgraph: Any, metres: float
-) -> dict[str, Pose | None]:
-    """Return the pose of the object in each parameter that takes an object, by parameter.
-
-    The pose is None if the parameter is empty. For a sensor in a collection instance, it is the
-    pose of the object's copy in the instance, if there is one. Raise AngenError if the pose cannot
-    be read.
-    """
-    pointers = [n for n, s in specs(sensor.kind.parameters).items() if s.pointer == "Object"]
-    found: dict[str, Pose | None] = {}
-    for name in pointers:
-        obj = getattr(settings, name)
-        if obj is None:
-            found[name] = None
-            continue
-        holders = sensor.holders
-        beside = bool(holders) and obj.original in shown_in(holders[-1].instance_collection)
-        with explained(f"'{sensor.name}'", NotPlaced, raised=AngenError):
-            matrix = placed_matrix(obj.original, depsgraph, beside)
-        matrix = np.array(within(matrix, holders if beside else (), depsgraph))
-        try:
-            found[name] = pose_from_matrix(matrix, metres)
-        except ValueError:
-            # An object scaled to zero still has a position.
-            found[name] = Pose(matrix[:3, 3] * metres, np.eye(3))
-    return found
-
-
-def _own_weight(evaluated: Any, scene: Any, metres: float) -> Array:
-    """Return the weight (3,) in N of a pad's own mass; zero without a mass."""
-    mass = evaluated.angen_load.mass
-    if mass == 0.0 and evaluated.rigid_body is not None:
-        mass = kilograms(evaluated.rigid_body, metres)
-    return gravity_of(scene, metres)[0] * mass
-
-
-def _partners(settings: Any) -> frozenset[int] | None:
-    """Return the session uids of the objects that a pad measures; None if it measures all."""
-    chosen, group = settings.partner_object, settings.partner_collection
-    if chosen is None and group is None:
-        return None
-    found = {obj.original.session_uid for obj in group.all_objects} if group else set()
-    return frozenset(found | ({chosen.original.session_uid} if chosen else set()))
 
 
 def matrix_of(pose: Pose, metres: float) -> Array:
@@ -343,8 +264,9 @@ class SensorSteps:
 class PendingUpdates:
     """Updates of a sensor whose readings are not computed yet.
 
-    Call either `readings` or `reading`, and only once. For a pad, first evaluate the next frame.
-    For a light sensor, first measure the light of its `request` and pass it to `give_light`.
+    Call either `readings` or `reading`, and only once. For a pad, first pass its forces to
+    `give_forces`. For a light sensor, first measure the light of its `request` and pass it to
+    `give_light`.
 
     Attributes
     ----------
@@ -376,6 +298,11 @@ class PendingUpdates:
         assert self.query is not None
         self.query.light = found[self.runner.sensor.name]
 
+    def give_forces(self, forces: Mapping[int, PadForces]) -> None:
+        """Set the forces on this pad at each whole frame with an update, by frame."""
+        assert self.query is not None
+        self.query.forces = forces
+
     def readings(self) -> Readings:
         """Compute and return the readings, one for each of the `steps`."""
         made: Readings = self.runner.model.sense(self.parameters, self.updates)
@@ -384,11 +311,6 @@ class PendingUpdates:
     def reading(self) -> Reading:
         """Compute the readings, and return the last one."""
         return self.readings()[-1]
-
-    @property
-    def update(self) -> Update:
-        """The first of the updates."""
-        return self.updates[0]
 
 
 class SensorRunner:
@@ -401,24 +323,14 @@ class SensorRunner:
         self.schedule = Schedule(clock, decimal(sensor.settings.update_rate))
         self.watches = self._watches()
         self._steps_before = self._integrated_steps()
+        self.reader = SensorReader(sensor)
         self.trace = Trace(sensor)
-        self._edits = self._changes = 0
-        self._steady: bool | None = None
         self.reset()
 
     @property
     def casts(self) -> bool:
         """Whether readings can be computed at once, because they need neither light nor forces."""
         return not (self.sensor.kind.requires_light or self.sensor.kind.requires_forces)
-
-    @property
-    def steady(self) -> bool:
-        """Whether neither the parameters nor the pose of the sensor can change before an edit."""
-        if self._steady is None:
-            paths = (f"angen_sensor.{self.sensor.kind.attribute}.", "angen_sensor.enabled")
-            parts = self.sensor.object, *self.sensor.holders
-            self._steady = all(is_static(part, *paths, "hide_viewport") for part in parts)
-        return self._steady
 
     def _watches(self) -> bool:
         """Return whether the sensor senses between its updates, as a swept optical switch does."""
@@ -455,72 +367,31 @@ class SensorRunner:
     def reset(self) -> None:
         """Forget earlier updates; call this method after a jump of the playhead, for example."""
         self.model = self.sensor.kind.model()
-        self._read: Read | None = None
+        self.reader.forget()
         self.trace.forget()
 
-    def read(self, depsgraph: Any, edits: int) -> Read | None:
-        """Return the parameters and the pose; None while the sensor is switched off.
+    def pending(self, due: SensorSteps, probes: Probes) -> Iterator[PendingUpdates]:
+        """Yield the updates at the steps `due` (one or more), which are in the probes' batch.
 
-        `edits` is the number of edits of the scene so far. Raise AngenError if the sensor cannot be
-        read.
+        Steps with the same parameters and pose form a group. Compute the readings of each group
+        before you take the next one. Nothing is yielded for steps at which the sensor is switched
+        off. Raise AngenError if the sensor cannot be read.
         """
-        known, metres = self._read, unit_scale(depsgraph.scene)
-        if self._edits != edits:
-            self._edits, self._steady = edits, None
-        elif known is not None and known.metres == metres and known.at_step is None and self.steady:
-            return known
-        self._read = None
-        evaluated = self.sensor.object.evaluated_get(depsgraph)
-        settings = self.sensor.settings_in(evaluated)
-        if not settings.enabled:
-            return None
-        check_evaluated(self.sensor, depsgraph)
-        parameters = read_parameters(self.sensor, settings)
-        pose = read_pose(self.sensor, self.sensor.world_matrix(depsgraph), metres)
-        at_step = read_at_step(self.sensor, evaluated, depsgraph, metres)
-        read = Read(metres, parameters, pose, at_step, self._changes)
-        if known is None or not known.same(read):
-            self._changes += 1
-            read = replace(read, change=self._changes)
-        self._read = read
-        return read
+        captured = probes.frames
+        frames = captured.at(due.steps)
+        yield from self.updates(due, frames, captured.reads_of(self.reader, frames), probes)
 
-    def take(
-        self, number: int, step: int, depsgraph: Any, probes: Probes, due: bool = True
-    ) -> PendingUpdates | None:
-        """Return update `number` of the sensor at `step`; None while the sensor is switched off.
-
-        The evaluated scene must be at this step. `due` says whether the sensor publishes at this
-        step. Raise AngenError if the sensor cannot be read.
-        """
-        steps, reads = SensorSteps.of(step, number, due), [self.read(depsgraph, probes.edits)]
-        return next(self.pending(steps, PRESENT, reads, depsgraph, probes), None)
-
-    def watch(self, step: int, depsgraph: Any, probes: Probes) -> None:
-        """Sense at a step between two updates; raise AngenError if the sensor cannot be read."""
-        number = self.schedule.last_update(step) + 1
-        pending = self.take(number, step, depsgraph, probes, due=False)
-        if pending is not None:
-            pending.readings()
-
-    def pending(
-        self,
-        steps: SensorSteps,
-        frames: Index,
-        reads: Sequence[Read | None],
-        depsgraph: Any,
-        probes: Probes,
+    def updates(
+        self, steps: SensorSteps, frames: Index, reads: Sequence[Read | None], probes: Probes
     ) -> Iterator[PendingUpdates]:
-        """Yield the updates at successive steps, in groups with the same parameters and pose.
-
-        Compute the readings of each group before you take the next one.
+        """Yield the updates at successive steps from what was read of the sensor, as `pending`.
 
         Parameters
         ----------
         steps
             The steps (n,) of the updates.
         frames
-            The index (n,) of each step's frame among the stored frames.
+            The index (n,) of each step's frame in the batch.
         reads
             Parameters and pose at each step (n,), or a single entry for all steps. An entry is None
             while the sensor is switched off.
@@ -539,7 +410,7 @@ class SensorRunner:
                 past = self._add_places(now, at, read, probes)
                 now, at = now.part(now.due), at[now.due]
             if len(now.steps):
-                yield self._pending(read, now, at, depsgraph, probes, past)
+                yield self._pending(read, now, at, probes, past)
 
     def _add_places(
         self, steps: SensorSteps, frames: Index, read: Read, probes: Probes
@@ -563,31 +434,41 @@ class SensorRunner:
         read: Read,
         steps: SensorSteps,
         frames: Index,
-        depsgraph: Any,
         probes: Probes,
         past: Sequence[PlacedStep] = (),
     ) -> PendingUpdates:
         when = self.clock, read, steps.steps.tolist(), frames
-        query = Query(self.sensor, *when, depsgraph, probes, self.trace, past)
+        query = Query(self.sensor, *when, probes, self.trace, past)
         if self.sensor.kind.requires_light:
             query.request = light_request(
-                self.sensor, read.parameters, read.pose, read.metres, self.steady
+                self.sensor, read.parameters, read.pose, read.metres, self.reader.steady
             )
         needs = self.sensor.kind.needs
-        scene, name = depsgraph.scene, self.sensor.stands_for or self.sensor.name
+        name = self.sensor.stands_for or self.sensor.name
         updates = Updates(
             steps.numbers,
             self.clock.times_and_frames(steps.steps)[0],
             steps.due,
             read.pose,
             {need: partial(ANSWERS[need], query) for need in needs},
-            partial(generator, scene.angen_seed, name),
-            partial(generator, scene.angen_seed, f"{name}, part", 0),
+            partial(generator, read.seed, name),
+            partial(generator, read.seed, f"{name}, part", 0),
             self.trace.name_of,
         )
         due = steps.steps[steps.due].tolist()
         updates = self.trace.record(query, updates)
         return PendingUpdates(self, due, read.parameters, updates, query)
+
+
+def single_update(
+    runner: SensorRunner, number: int, step: int, probes: Probes
+) -> PendingUpdates | None:
+    """Return update `number` of a sensor at `step`; None while the sensor is switched off.
+
+    The probes must have read the scene at this step alone: see `Probes.look`. Raise AngenError if
+    the sensor cannot be read.
+    """
+    return next(runner.pending(SensorSteps.of(step, number), probes), None)
 
 
 def all_rays(
@@ -607,7 +488,7 @@ def all_rays(
     if probes is None:
         # New probes, whose scene is empty.
         probes, needs = Probes(depsgraph.scene, RayCaster()), {RAYS}
-    read, trace = runner.read(depsgraph, probes.edits), runner.trace
+    read, trace = runner.reader.read(depsgraph, probes.capture.edits), runner.trace
     if read is None:
         return None
     trace.set_pose(read.parameters, read.pose)
@@ -618,7 +499,7 @@ def all_rays(
         while len(trace.bundles) > known:
             known = len(trace.bundles)
             steps = SensorSteps.of(runner.schedule.step(number), number)
-            runner._pending(read, steps, PRESENT, depsgraph, probes).readings()
+            runner._pending(read, steps, PRESENT, probes).readings()
             number += 1
     return trace
 

@@ -9,7 +9,7 @@ start. Steps before that only set lamps, doors and carried objects.
 from __future__ import annotations
 
 import heapq
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TypeVar
 
@@ -24,7 +24,7 @@ from .floor_map import FloorMap
 from .home_in_use import HomeInUse
 from .performer import Performer, PlannedActivity
 from .places import Places
-from .timeline import AWAY, STANDING, Acted, ActedActivity, Stay, Wait
+from .timeline import AWAY, LYING, SITTING, STANDING, Acted, ActedActivity, Stay, Use, Wait
 
 # How long the activity at the end of the day is acted past midnight, s.
 AFTER = 60.0
@@ -168,10 +168,13 @@ def _plan_of_day(
     found = []
     for segment in inside:
         since = int(segment.start // DAY)
-        purpose = f"acting {segment.start - since * DAY:.3f}"
+        at = f"{segment.start - since * DAY:.3f}"
         moved = replace(segment, start=segment.start - day * DAY, end=segment.end - day * DAY)
-        stream = draws.stream(person, since, purpose)
-        found.append(PlannedActivity(moved, stream, _draw_steps(segment, activities, draws)))
+        acting, durations, rests = (
+            draws.stream(person, since, f"{what} {at}") for what in ("acting", "durations", "rests")
+        )
+        drawn = _draw_steps(segment, activities, draws)
+        found.append(PlannedActivity(moved, acting, durations, rests, drawn))
     return found
 
 
@@ -217,7 +220,8 @@ def _restore_home(
                 home.lamps[home.places.lamps[step.name].object] = step.on
             elif step.word in ("open", "close"):
                 door = home.places.doors[step.name]
-                home.openings[door.name] = door.open if step.word == "open" else door.closed
+                is_left_open = step.word == "open" and step.lasts is None
+                home.openings[door.name] = door.open if is_left_open else door.closed
             elif step.word == "put":
                 home.things[step.name] = step.at
 
@@ -304,7 +308,15 @@ def _collect_acted(home: HomeInUse, people: list[Performer]) -> Acted:
         sorted(_cut_to_day(stays), key=lambda one: (one.start, one.person)),
         home.sips,
         sorted(_cut_to_day(home.waits), key=lambda one: (one.start, one.person)),
+        sorted([*home.uses, *_rests(stays)], key=lambda one: (one.start, one.person)),
     )
+
+
+def _rests(stays: list[Stay]) -> Iterator[Use]:
+    """Yield the times for which persons sat or lay on objects, as uses of these objects."""
+    for stay in stays:
+        if stay.place and stay.posture in (SITTING, LYING):
+            yield Use(stay.start, stay.end, stay.person, stay.place)
 
 
 def _cut_to_day(entries: list[T]) -> list[T]:

@@ -22,6 +22,7 @@ resident = "Bo"
 begins = "Stand"
 [activity.Rest]
 do = ["{rest}"]
+while = []
 [activity.Stand]
 do = ["stand at Spot"]
 [[plan]]

@@ -728,6 +728,15 @@ def test_a_housing_stands_for_its_sensor(world, click, addon_part):
     assert sensor.angen_sensor.pir.model == "PYROELECTRIC"
 
 
+def test_a_click_in_a_scene_without_sensors_casts_no_ray(world, click, view, monkeypatch):
+    world.box((4, 0.1, 4), (0, 1, 0), name="wall")
+    monkeypatch.setattr(view, "evaluated_depsgraph_get", None)
+    assert click((0, 0, 0)) == {"PASS_THROUGH"}
+    world.pir("hall")
+    with pytest.raises(TypeError):
+        click((0, 0, 0))
+
+
 def test_clicks_go_to_signs_before_what_blender_does_with_them():
     configuration = bpy.context.window_manager.keyconfigs.addon
     if configuration is None:

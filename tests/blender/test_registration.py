@@ -55,6 +55,7 @@ def test_on_and_off_three_times(empty_scene):
         "angen_radar",
         "angen_resident",
         "angen_sensor",
+        "angen_use",
         "angen_warmth",
     ]
     assert {"angen_seed", "angen_substeps", "angen_luminous_efficacy"} <= set(on["scene"])

@@ -262,6 +262,31 @@ def test_a_routine_without_fillers_goes_on_with_what_was_done() -> None:
     assert {s.activity for s in anna} <= {"Sleep", "Meal", AWAY}
 
 
+def test_an_entry_after_midnight_that_is_drawn_to_the_evening_before_ends_what_fills() -> None:
+    text = """schema = 1
+[person.anna]
+begins = "Sleeping"
+[activity.Sleeping]
+do = "wait 1 s"
+[activity.Reading]
+do = "wait 1 s"
+[activity.Tea]
+do = "wait 1 s"
+[[plan]]
+person = "anna"
+entries = [{ at = "00:10", spread = "40 min", activity = "Sleeping", until = "08:00" }]
+[[filler]]
+person = "anna"
+between = ["06:00", "23:59"]
+[filler.choose]
+Reading = { weight = 1, lasts = "50 min", after = { Reading = 0 } }
+Tea = { weight = 1, lasts = "10 min", after = { Tea = 0 } }
+"""
+    nights = [s for s in drawn(text, days=14) if s.activity == "Sleeping"]
+    before = [s for s in nights if (s.start - DAY / 2) % DAY < DAY / 2]
+    assert len(nights) >= 14 and 3 < len(before) < 11
+
+
 # Days
 
 D = math.radians

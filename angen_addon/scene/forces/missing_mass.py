@@ -2,9 +2,8 @@
 """Find weights that do not reach a pad, although they would in reality.
 
 There are two kinds of such weights. One is an active rigid body that physics does not move. The
-other is a body on an object without a mass that lies on the pad, such as a rug. Such an object
-carries a person as a floor does, however thin it is. So a rug, a mattress or a board keeps the
-weight from the pad; a real one would pass it on.
+other is a body on a stiff object without a mass whose other parts lie on the pad, such as a chair
+with its legs on it: an object without a mass passes a weight only straight down.
 """
 
 from __future__ import annotations
@@ -20,8 +19,10 @@ from ..rays.solids import Solid
 from . import posed_bodies
 from .bodies import Key
 from .frame_state import FrameState
-from .supports import DEPTH, FLUSH, Surroundings
+from .supports import DEPTH, FLUSH, THICKEST, Surroundings
 
+# What carries a smaller share of a body, such as a pillow behind a back, spoils no reading.
+LEAST_SHARE = 0.1
 # Points along a side of the grid on which rays sample a pad's upper side.
 POINTS = 5
 
@@ -101,15 +102,19 @@ class MissingMass:
 
         `ground` has no mass and carries the weight. `tolerance` is the largest gap in m.
         """
+        if ground.share < LEAST_SHARE:
+            return False
         cover = next((s for s in self._solids.solids if s.number == ground.number), None)
         lo, hi = (bound[pad.row] * self._metres for bound in (self._solids.lo, self._solids.hi))
         top = max(float(lo @ self._up), float(hi @ self._up))
         if cover is None or (ground.places @ self._up <= top + FLUSH).all():
             return False
         gap = self._gap_between(pad, lo, hi, cover, tolerance)
-        if gap is None:
+        # What is below the pad, too, carries the pad.
+        if gap is None or self._carries(cover, pad, lo, hi):
             return False
-        if np.isfinite(self._cast(ground.places + FLUSH * self._up, pad, -1.0, DEPTH)).any():
+        below = self._cast(ground.places + FLUSH * self._up, pad, -1.0, THICKEST)
+        if np.isfinite(below).any():
             return True
         # A stiff object may rest on the pad elsewhere, unless another solid is nearer below it.
         others = [
@@ -118,7 +123,12 @@ class MissingMass:
             if solid.number not in (cover.number, pad.number)
             and self._bodies.of_solid[solid.number] not in self._state.supports
         ]
-        return not (self._gap_below(ground.places, cover, others) <= gap + FLUSH)
+        return not (self._gap_below(ground.places, cover, others) <= max(gap + FLUSH, tolerance))
+
+    def _carries(self, cover: Solid, pad: Solid, lo: Array, hi: Array) -> bool:
+        """Return whether the solid `cover` is also below a pad with the bounds `lo`, `hi` (3,)."""
+        tops = self._upper_side(pad, lo, hi)
+        return bool(np.isfinite(self._cast(tops - FLUSH * self._up, cover, -1.0, THICKEST)).any())
 
     def _gap_between(
         self, pad: Solid, lo: Array, hi: Array, cover: Solid, tolerance: float

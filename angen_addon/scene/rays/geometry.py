@@ -118,8 +118,12 @@ class Surface:
         return True
 
     def same(self, other: Surface) -> bool:
-        """Return whether another surface has the same faces and points."""
-        return self.has_faces_of(other) and np.array_equal(self.points, other.points)
+        """Return whether another surface has the same faces and points; if so, share triangles."""
+        if not (self.has_faces_of(other) and np.array_equal(self.points, other.points)):
+            return False
+        # Either may have been read without its triangles.
+        self._triangles = other._triangles = self._triangles or other._triangles
+        return True
 
 
 @dataclass
@@ -230,8 +234,6 @@ class Geometry:
         if surface is self._surface:
             return False
         if self._surface is not None and surface.same(self._surface):
-            # Only the new surface may have its triangles.
-            self._surface._triangles = self._surface._triangles or surface._triangles
             return False
         self._surface = surface
         self._built = Built()

@@ -13,7 +13,7 @@ DEV = python3 scripts/dev.py
 export PYTHON BPY BLENDER VENV LINT_VENV
 
 .DEFAULT_GOAL := help
-.PHONY: help venv demo test test-all golden readers mqtt bench lint docs pictures zip assets sample clean
+.PHONY: help venv demo test test-all golden readers mqtt bench lint docs pictures zip assets downloads sample clean
 
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' Makefile | expand -t 10
@@ -61,6 +61,9 @@ zip: ## build the extension for Blender in dist/ (needs Python 3.11 or later, an
 
 assets: venv ## build an asset library of ready sensors, to drag from the Asset Browser, in dist/assets/
 	@$(RUN) scripts/build_assets.py dist/assets
+
+downloads: zip assets docs ## pack all that a release offers into dist/
+	@$(RUN) scripts/build_downloads.py dist
 
 sample: ## rebuild sample_blends/*.blend (with Blender 4.2, so that every later version opens them)
 	@BPY=4.2 $(DEV) venv .venv-4.2 test

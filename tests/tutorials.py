@@ -49,7 +49,11 @@ def run_page(page: Path, folder: Path, bpy_python: str, python: str) -> None:
     link_folder(names / "angen_sensors", ROOT)
     for part in ("docs", "sample_blends", "scripts"):
         link_folder(folder / part, ROOT / part)
+    own = folder / "own home"
+    own.mkdir()
     environment = os.environ | {
+        "HOME": str(own),
+        "USERPROFILE": str(own),
         "PATH": f"{names}{os.pathsep}{os.environ['PATH']}",
         "PYTHONPATH": f"{names}{os.pathsep}{ROOT}",
         "PWD": str(folder),

@@ -23,8 +23,17 @@ from pathlib import Path
 try:
     import numpy as np
     from recogniser import (
-        AngenError, Day, InputError, forest_guess, joined, read_home, rules_of, samples_of, scores,
-        sensors_of, tried,
+        AngenError,
+        Day,
+        InputError,
+        forest_guess,
+        joined,
+        read_home,
+        rules_of,
+        samples_of,
+        scores,
+        sensors_of,
+        tried,
     )  # fmt: skip
 except ModuleNotFoundError as error:
     raise SystemExit(

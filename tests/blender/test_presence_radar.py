@@ -338,7 +338,7 @@ def test_gates_are_drawn_up_to_the_wall(world):
     radar(world, preset="LD2410")
     (sensor,) = world.sensors()
     probes, depsgraph = Probes(world.scene), world.update()
-    probes.look(depsgraph, None)
+    probes.look(depsgraph)
     trace = all_rays(sensor, clock_of(world.scene), depsgraph, probes)
     met = trace.bundles[0]
     seen = SimpleNamespace(parameters=trace.parameters, pose=trace.pose)

@@ -12,6 +12,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from dev import link_folder
+
 ROOT = Path(__file__).resolve().parents[2]
 ROOMS = {"Sleep": "bedroom", "Cook": "kitchen", "Wash": "bathroom"}
 
@@ -50,7 +52,7 @@ def days(tmp_path: Path) -> Path:
 def run(tmp_path: Path):
     """Run one of the scripts; return the rows of its printed table, by their first cell."""
     (tmp_path / "packages").mkdir()
-    (tmp_path / "packages" / "angen_sensors").symlink_to(ROOT)
+    link_folder(tmp_path / "packages" / "angen_sensors", ROOT)
 
     def run_it(script: str, *arguments: object) -> dict[str, list[str]] | str:
         done = subprocess.run(
@@ -209,7 +211,9 @@ def test_the_recogniser_is_tried_on_a_real_home_beside_rules(days, real, run, re
     assert "no sensor has the same name" in run("recogniser.py", days, "--on", real)
 
 
-def test_a_table_says_what_days_and_rules_are_worth_for_a_real_home(days, real, run, reader) -> None:
+def test_a_table_says_what_days_and_rules_are_worth_for_a_real_home(
+    days, real, run, reader
+) -> None:
     reader("sklearn")
     twin = real.parent / "twin"
     twin.mkdir()
@@ -224,7 +228,9 @@ def test_a_table_says_what_days_and_rules_are_worth_for_a_real_home(days, real, 
         "learnt from, and real days:", *names, "other real homes",
         "**simulated against the control**",
     ]  # fmt: skip
-    f1 = {name: [float(cell.split(" ")[0] or "nan") for cell in rows[name]] for name in list(rows)[1:]}
+    f1 = {
+        name: [float(cell.split(" ")[0] or "nan") for cell in rows[name]] for name in list(rows)[1:]
+    }
     assert f1["simulated days"][0] > 0.95 and f1["other real homes"][0] > 0.95
     assert np.isnan(f1["real days alone"][0]) and f1[names[2]][0] < 0.6
     gained = rows["**simulated against the control**"][0]

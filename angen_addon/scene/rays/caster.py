@@ -21,10 +21,10 @@ from numpy.typing import NDArray
 
 from ....sensor_logic.arrays import are_equal
 from ....sensor_logic.model import Answers, Array
+from ..capture import Capture, Frames
 from ..instances import Uid
 from . import changing_shapes
 from .changing_shapes import RayPicture, apex_of, pictures_of, rotated
-from .frames import Capture, Frames
 from .geometry import Geometry
 from .solids import Solids, inverted
 

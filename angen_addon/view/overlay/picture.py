@@ -340,13 +340,13 @@ class DrawnSensor:
         The parameters are as for `follow`; `runner` is None while the sensor is not read. Return
         whether the sensor is switched on and can be read.
         """
-        if runner is not None and runner.steady and self._read_at == (runner, edits, metres):
+        if runner is not None and runner.reader.steady and self._read_at == (runner, edits, metres):
             return self.pose is not None
         self._read_at = runner, edits, metres
         read = None
         if runner is not None:
             with suppress(AngenError):
-                read = runner.read(depsgraph, edits)
+                read = runner.reader.read(depsgraph, edits)
         if read is None:
             self._reset(None, None)
         elif self.parameters is not read.parameters or self.pose is not read.pose:
@@ -449,7 +449,7 @@ class DrawnSensors:
         kept = live.places_are_kept(scene) and not edited
         for seen in self.seen:
             runner = live.runner(seen.uid)
-            if not kept or runner is None or seen.matrix is None or not runner.steady:
+            if not kept or runner is None or seen.matrix is None or not runner.reader.steady:
                 seen.place(depsgraph)
             if fields:
                 seen.follow(runner, depsgraph, live.edits, self.metres)

@@ -42,6 +42,9 @@ def problems(tag: str, root: Path = ROOT) -> list[str]:
     wrong = [
         f"{file} has {has}, the tag {version}" for file, has in found.items() if has != version
     ]
+    site = re.search(r"^site_url: (\S+)", (root / "mkdocs.yml").read_text("utf-8"), re.MULTILINE)
+    if not site or site[1] != manifest.get("website"):
+        wrong.append("the manifest's website is not mkdocs.yml's site_url: F1 opens its pages")
     section = _section(version, root)
     if not section or not section[2].strip():
         wrong.append(f"CHANGELOG.md has no section '## {version}, YYYY-MM-DD' with a text")

@@ -223,11 +223,15 @@ def test_no_tracked_file_names_a_machine_or_a_registry() -> None:
 # Releases
 
 
+WEBSITE = 'website = "https://x.org/"\n'
+
+
 @pytest.fixture
 def release(tmp_path: Path) -> Path:
     """Return the files that the check of a release reads, of version 1.2.3."""
-    (tmp_path / "blender_manifest.toml").write_text('version = "1.2.3"\n')
+    (tmp_path / "blender_manifest.toml").write_text('version = "1.2.3"\n' + WEBSITE)
     (tmp_path / "pyproject.toml").write_text('[project]\nversion = "1.2.3"\n')
+    (tmp_path / "mkdocs.yml").write_text("site_name: X\nsite_url: https://x.org/\n")
     (tmp_path / "CITATION.cff").write_text(
         "cff-version: 1.2.0\nversion: 1.2.3\ndate-released: 2026-12-01\n"
     )
@@ -245,7 +249,12 @@ def test_a_release_that_fits_together_has_its_notes(release: Path) -> None:
 @pytest.mark.parametrize(
     ("file", "text", "told"),
     [
-        ("blender_manifest.toml", 'version = "1.2.2"\n', "blender_manifest.toml has 1.2.2"),
+        (
+            "blender_manifest.toml",
+            'version = "1.2.2"\n' + WEBSITE,
+            "blender_manifest.toml has 1.2.2",
+        ),
+        ("blender_manifest.toml", 'version = "1.2.3"\n', "the manifest's website is not"),
         ("pyproject.toml", '[project]\nversion = "1.3.0"\n', "pyproject.toml has 1.3.0"),
         ("CITATION.cff", "date-released: 2026-12-01\n", "CITATION.cff has no version"),
         ("CITATION.cff", "version: 1.2.3\n", "CITATION.cff has no date, CHANGELOG.md 2026-12-01"),

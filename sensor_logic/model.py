@@ -133,7 +133,7 @@ class Answers:
     Attributes
     ----------
     hits
-        For a query that casts rays: their hits at each update, with the attributes `met` (n,),
+        For a query that casts rays: their hits at each update, with the attributes `solids` (n,),
         numbers of solids (0 for none), and `ranges` (n,), in units of the scene. None if the scene
         knows no solids.
     """
@@ -208,7 +208,7 @@ class Update:
         Return None if the scene knows no solids.
         """
         found = self.hits[need](*question) if need in self.hits else None
-        return None if found is None else found.met
+        return None if found is None else found.solids
 
     def names_hit(self, need: str, *question: Any) -> list[str]:
         """Return the names (n,) of the objects that the rays of a query hit, empty for none."""

@@ -44,7 +44,7 @@ from ..scene.sensor_reader import Read, SensorReader
 from ..scene.sensors import Sensor, decimal
 from ..scene.surfaces import SURFACES
 from .probes import Probes
-from .trace import CAST, PlacedStep, Query, RaysMet, Swept, Trace
+from .trace import CAST, CastRays, PlacedStep, Query, Swept, Trace
 
 # The index of the only frame of a batch.
 PRESENT = np.zeros(1, np.intp)
@@ -488,6 +488,7 @@ def all_rays(
     if probes is None:
         # New probes, whose scene is empty.
         probes, needs = Probes(depsgraph.scene, RayCaster()), {RAYS}
+        probes.show_captured(depsgraph)
     read, trace = runner.reader.read(depsgraph, probes.capture.edits), runner.trace
     if read is None:
         return None
@@ -512,5 +513,5 @@ def _cast_views(read: Read, trace: Trace, probes: Probes) -> None:
         for wall, rays in enumerate(zip(*view_rays(request), strict=True)):
             ranges = probes.caster.cast(sensor.uid, wall, *rays)
             origins, directions, reach = rays
-            met = RaysMet(origins * metres, directions, reach * metres, ranges * metres)
-            trace.show(wall, met)
+            cast = CastRays(origins * metres, directions, reach * metres, ranges * metres)
+            trace.show(wall, cast)

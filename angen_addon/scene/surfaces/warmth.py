@@ -22,7 +22,7 @@ from ..rays.caster import NOTHING, RayCaster, RayHits, Rays
 from ..rays.solids import Solid, Solids, inverted
 from ..sensors import unit_scale
 from .contacts import Bodies, in_frame
-from .probe import MetSurfaces
+from .probe import HitSurfaces
 
 # Temperatures.
 #
@@ -82,7 +82,7 @@ class _Patches:
     corners: Any = None
 
 
-class Warmth(MetSurfaces):
+class Warmth(HitSurfaces):
     """Reads the temperature and emissivity of the surfaces that rays hit, as `Emission`."""
 
     need = WARMTH
@@ -152,11 +152,11 @@ class Warmth(MetSurfaces):
 
     def _values_at(self, seen: RayHits) -> Emission:
         ambient = kelvin(self._depsgraph.scene_eval.angen_ambient_temperature)
-        values = self._values[seen.met]
-        for number in np.unique(seen.met).tolist() if self._patches else ():
+        values = self._values[seen.solids]
+        for number in np.unique(seen.solids).tolist() if self._patches else ():
             patches = self._patches.get(number)
             if patches is not None:
-                which = np.flatnonzero(seen.met == number)
+                which = np.flatnonzero(seen.solids == number)
                 slot = self._slots(patches, seen.faces[which])
                 values[which] = patches.values[slot]
         temperature, emissivity, share = values.T
@@ -307,7 +307,7 @@ class _SeenPrints:
         hits: RayHits = self._found.table[row]
         metres = unit_scale(self._probe._depsgraph.scene)
         for place, one in prints.items():
-            which = np.flatnonzero(hits.met == place[0])
+            which = np.flatnonzero(hits.solids == place[0])
             if len(which):
                 origins, ways, _ = (values[which] for values in self._rays)
                 points = origins + ways * hits.ranges[which, None]

@@ -23,11 +23,13 @@ _registered: list[Any] = []
 def register() -> None:
     """Register all modules; Blender calls this function."""
     from .angen_addon.process import exit_cleanup
+    from .angen_addon.translations.interface import prepare_classes
     from .parts import MODULES, installed, part
 
     for name in MODULES:
         if installed(name):
             module = part(name)
+            prepare_classes()
             module.register()
             _registered.append(module)
     exit_cleanup.unregister_at_exit(unregister)

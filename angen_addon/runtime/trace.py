@@ -203,19 +203,19 @@ class Trace:
         need: str,
         answer: Ask,
         *arguments: Any,
-        which: Index | None = None,
+        indices: Index | None = None,
     ) -> Answers:
         """Answer the query `need` by the function `answer`, with the hits of its rays.
 
-        Record the rays and ranges of the last update. `which` (k,) has the indices of the updates
+        Record the rays and ranges of the last update. `indices` (k,) are those of the updates
         that the query is about; None means all.
         """
-        answers: Answers = answer(*arguments, which=which)
+        answers: Answers = answer(*arguments, indices=indices)
         if not len(answers.rows):
             return answers
         bundle, origins, directions, length, *_ = arguments
         read, known = query.read, (query.sensor.uid, query.bundle(bundle))
-        last = query.steps[-1 if which is None else int(which[-1])]
+        last = query.steps[-1 if indices is None else int(indices[-1])]
         if need == RAYS:
             ranges = answers[-1]
         else:

@@ -215,6 +215,7 @@ def workers_do(monkeypatch: Any) -> Callable[[str], None]:
     return do
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="has no SIGKILL")
 def test_the_day_of_a_process_that_is_killed_is_made_by_another(
     day: Any, home: Path, lived: Callable[..., Path], workers_do: Any
 ) -> None:
@@ -273,7 +274,7 @@ def started(home: Path, days: int) -> subprocess.Popen[str]:
 
 
 def workers_of(process: int) -> list[int]:
-    found = Path(f"/proc/{process}/task/{process}/children").read_text().split()
+    found = Path(f"/proc/{process}/task/{process}/children").read_text(encoding="utf-8").split()
     workers = []
     for child in found:
         # Blender starts other processes too, which end at once.

@@ -14,6 +14,8 @@ import bpy
 import numpy as np
 import pytest
 
+from dev import link_folder
+
 ROOT = Path(__file__).resolve().parent.parent.parent
 
 
@@ -35,7 +37,7 @@ def run(tmp_path):
     """Run a script beside the home with the package importable; return its output."""
     packages = tmp_path / "packages"
     packages.mkdir()
-    packages.joinpath("angen_sensors").symlink_to(ROOT)
+    link_folder(packages / "angen_sensors", ROOT)
 
     def run_script(script: str, status: int = 0) -> str:
         path = tmp_path / "script.py"

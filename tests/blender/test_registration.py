@@ -12,7 +12,7 @@ from bl_ext.user_default.angen_sensors.sensor_logic.kinds import KINDS as kinds
 
 ADDON = "bl_ext.user_default.angen_sensors"
 # One more where Blender tells of what is appended.
-HANDLERS = 13 + hasattr(bpy.app.handlers, "blend_import_post")
+HANDLERS = 14 + hasattr(bpy.app.handlers, "blend_import_post")
 
 
 def functions(owner):

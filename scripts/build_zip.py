@@ -42,7 +42,8 @@ def extension_tool() -> list[str] | None:
     """Return the command line, up to its verb, of Blender's extension tool; None without it."""
     module = importlib.util.find_spec("bpy")
     folders = list(module.submodule_search_locations or ()) if module else []
-    folders += glob.glob(f"{ROOT}/.venv*/lib/python3.*/site-packages/bpy")
+    for packages in ("lib/python3.*/site-packages", "Lib/site-packages"):
+        folders += glob.glob(f"{ROOT}/.venv*/{packages}/bpy")
     for folder in folders:
         found = sorted(Path(folder).glob(TOOL))
         if found:

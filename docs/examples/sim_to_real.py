@@ -23,7 +23,13 @@ from pathlib import Path
 try:
     import numpy as np
     from recogniser import (
-        AngenError, Day, InputError, read_home, rules_of, sensors_of, tried,
+        AngenError,
+        Day,
+        InputError,
+        read_home,
+        rules_of,
+        sensors_of,
+        tried,
     )  # fmt: skip
 except ModuleNotFoundError as error:
     raise SystemExit(

@@ -49,6 +49,7 @@ def test_on_and_off_three_times(empty_scene):
     assert len(ours(on["handlers"])) == HANDLERS
     assert on["object"] == [
         "angen_breathing",
+        "angen_heat",
         "angen_ignored",
         "angen_load",
         "angen_place",

@@ -23,6 +23,7 @@ from ..scene.rays.reference import SceneRayCaster
 from ..scene.rays.sweep import Sweeper
 from ..scene.sensors import Sensor, unit_scale
 from ..scene.surfaces import SURFACES
+from ..scene.uses import UseReader
 from .edits import EDITS
 
 
@@ -53,6 +54,8 @@ class Probes:
         The probes for the properties of the surfaces that rays hit, by the names of the queries.
     sweeper
         Computes what crosses a beam between two steps.
+    uses
+        Reads which objects are in use at stored frames.
     places
         Reads the places of solids (objects that rays can hit) at stored frames.
     names
@@ -69,6 +72,7 @@ class Probes:
         self.surfaces = {need: probe(self._exact) for need, probe in SURFACES.items()}
         self.sweeper = Sweeper(self.caster)
         self.places = PlaceReader(self._exact)
+        self.uses = UseReader()
         self._solids = self.caster.solids
         self._contacts = ContactTracker(self._solids)
         self._pads: list[Pad] = []
@@ -85,7 +89,9 @@ class Probes:
 
     def set_sensors(self, sensors: Iterable[Sensor]) -> None:
         """Set the sensors; the probes prepare only data that these sensors need."""
-        self._pads = [Pad(s.uid, s.object) for s in sensors if s.kind.requires_forces]
+        found = list(sensors)
+        self._pads = [Pad(s.uid, s.object) for s in found if s.kind.requires_forces]
+        self.uses.watch(found)
 
     @property
     def edits(self) -> int:
@@ -106,6 +112,7 @@ class Probes:
         lists the pads that publish at this frame, so that their forces at it will be needed.
         """
         self._show(self.capture.read(depsgraph))
+        self.uses.look(depsgraph)
         if frame is not None:
             self.look_at_motion(depsgraph, frame, due)
 
@@ -138,6 +145,7 @@ class Probes:
     def query_stored_frames(self, depsgraph: Any) -> None:
         """Let the next rays be cast at the frames captured since the last call."""
         self._show(self.capture.finish(depsgraph))
+        self.uses.finish()
 
     def _show(self, frames: Frames) -> None:
         self.caster.show(frames)

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from ...sensor_logic.clock import Clock, Schedule
 from ...sensor_logic.geometry.sweep import RayCrossings
-from ...sensor_logic.kind import CROSSINGS, FORCES, LIGHT, POSES, RAYS
+from ...sensor_logic.kind import CROSSINGS, FORCES, LIGHT, POSES, RAYS, USES
 from ...sensor_logic.logs.error import AngenError, explained
 from ...sensor_logic.model import (
     Answers,
@@ -55,6 +55,7 @@ from ..scene.sensors import (
 )
 from ..scene.surfaces import SURFACES
 from ..scene.units import kilograms
+from ..scene.uses import may_change
 from .probes import Probes
 from .trace import CAST, PlacedStep, Query, RaysMet, Read, Swept, Trace
 
@@ -140,6 +141,15 @@ def answer_poses(query: Query, name: str, which: Index | None = None) -> Answers
     return Answers([query.read.at_step[POSES][name]], np.zeros(count, np.intp))
 
 
+def answer_uses(query: Query, which: Index | None = None) -> Answers:
+    """Return whether the object that the sensor watches is in use, at each update of a query.
+
+    `which` is as for `answer_ranges`.
+    """
+    frames = query.frames if which is None else query.frames[which]
+    return query.probes.uses.at(query.sensor, frames, query.depsgraph)
+
+
 def answer_crossings(
     query: Query, origins: Array, directions: Array, length: Array, which: Index | None = None
 ) -> Answers:
@@ -204,6 +214,7 @@ ANSWERS: dict[str, Callable[..., Answers]] = {
     FORCES: answer_contact,
     LIGHT: answer_light,
     POSES: answer_poses,
+    USES: answer_uses,
     **{need: partial(answer_surfaces, need) for need in SURFACES},
     ECHOES: answer_echoes,
 }
@@ -421,8 +432,13 @@ class SensorRunner:
         return self._steady
 
     def _watches(self) -> bool:
-        """Return whether the sensor senses between its updates, as a swept optical switch does."""
+        """Return whether the sensor senses between its updates, as a swept optical switch does.
+
+        So does a sensor of something that is used: a short use counts too.
+        """
         kind, group = self.sensor.kind, self.sensor.parameters
+        if kind.requires(USES):
+            return may_change(self.sensor)
         choices = kind.needs.get(CROSSINGS)
         return choices is not None and all(
             getattr(group, name) == value

@@ -1,11 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Water flow sensors and smart plugs in Blender: what they watch, when it is used, and why."""
 
+import csv
+
 import bpy
+import numpy as np
 import pytest
+from bl_ext.user_default.angen_sensors.angen_addon.commands.command_line import run_command
 from bl_ext.user_default.angen_sensors.angen_addon.explain.explain import explain
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.sensor_runner import SensorRunner
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.time_base import clock_of
+from day_home import part
+from mathutils import Vector
 from panel_layout import drawn
 
 PATH = "angen_use.in_use"
@@ -192,3 +198,58 @@ def test_a_hidden_object_that_is_watched_is_named(world, addon_part):
     assert "'flow': 'Tap' is disabled in viewports" in text
     with pytest.raises(addon_part("sensor_logic.logs.error").AngenError, match="'Tap' is disabled"):
         world.run(1, 20)
+
+
+ROUTINE = """
+schema = 1
+[person.anna]
+resident = "Anna"
+begins = "Rest"
+[activity.Rest]
+do = ["stand at Spot"]
+[activity.Toilet]
+do = ["sit Toilet 2 min", "use Sink 20 s", "stand at Spot"]
+[[plan]]
+person = "anna"
+entries = [
+  { at = "08:00", activity = "Toilet", lasts = "10 min" },
+  { at = "08:20", activity = "Rest", until = "07:00" },
+]
+"""
+
+
+@pytest.mark.slow
+def test_a_day_flushes_after_the_toilet_and_names_who_used_it(world, tmp_path, capsys):
+    world.hall(5.0, 4.0, 2.6)
+    toilet = world.box((0.45, 0.45, 0.45), (4.3, 0.5, 0.225), "Toilet")
+    sink = world.box((0.5, 0.5, 0.9), (0.5, 3.5, 0.45), "Sink")
+    world.link("Spot", None, (3.0, 2.5, 0.0)).angen_place.use = "STAND"
+    add = part("residents.blender.settings").add_resident
+    adult = part("residents.body.skeleton").Sort.ADULT
+    add(bpy.context, adult, Vector((2.0, 1.5, 0.0)), 0.0).name = "Anna"
+    world.update()
+    toilet.angen_place.use, toilet.angen_place.facing = "SIT", -np.pi / 2
+    sink.angen_place.use = "TAP"
+    world.sensor("FLOW", "flush", update_rate=1.0, watched=toilet, flows="AFTER_USE")
+    world.sensor("FLOW", "tap", update_rate=1.0, watched=sink)
+    world.sensor("APPLIANCE", "plug", update_rate=1.0, watched=sink, load="KETTLE")
+    world.update()
+    (tmp_path / "week.toml").write_text(ROUTINE)
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "home.blend"))
+    given = ["day", "--routine", tmp_path / "week.toml", "--start", "2026-03-02", "--quiet"]
+    assert run_command([str(text) for text in [*given, "--out", tmp_path / "days"]]) == 0
+    assert capsys.readouterr().err == ""
+    with open(tmp_path / "days" / "events.csv", newline="") as file:
+        found = {}
+        for row in list(csv.DictReader(file)):
+            second = np.datetime64(row["time"], "s") - np.datetime64("2026-03-02T08:00:00")
+            key = row["sensor"], row["field"]
+            found.setdefault(key, []).append((second.astype(int), row["value"], row["person"]))
+    (_, off, _), (flushed, on, who), (full, off_again, _) = found["flush", "flowing"]
+    assert (off, on, off_again, who) == ("0", "1", "0", "anna")
+    # 2 min after who sat down, and until 6 L are in at 6 L a minute.
+    assert 120 <= flushed < 150 and full - flushed == 60
+    (_, _, _), (opened, _, who), (shut, _, _) = found["tap", "flowing"]
+    assert opened > flushed and shut - opened in (20, 21) and who == "anna"
+    (_, _, _), (boils, _, who), (done, _, _) = found["plug", "on"]
+    assert boils == shut and done - boils == 170 and who == "anna"

@@ -18,7 +18,7 @@ from .parameters import Parameters, parameter
 
 
 @dataclass(frozen=True)
-class Use(Parameters):
+class InUse(Parameters):
     """Whether somebody uses an object."""
 
     in_use: bool = parameter(
@@ -34,7 +34,7 @@ IN_USE = OwnerProperties(
     ("Object",),
     "Use",
     "Whether this object is in use, which decides what it does: draw power, let water flow",
-    Use,
+    InUse,
 )
 
 

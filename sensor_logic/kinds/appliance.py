@@ -27,7 +27,7 @@ CUSTOM = "CUSTOM"
 
 
 @dataclass(frozen=True)
-class Load:
+class ApplianceLoad:
     """What an appliance draws.
 
     Attributes
@@ -61,42 +61,42 @@ class Load:
 
 DOE = "US Department of Energy, Estimating Appliance and Home Electronic Energy Use: "
 STANDBY = ". Assumed: standby as Regulation (EU) 2023/826 allows at most"
-LOADS: dict[str, Load] = {
-    "MICROWAVE": Load(
+LOADS: dict[str, ApplianceLoad] = {
+    "MICROWAVE": ApplianceLoad(
         PROGRAMME,
         ((120.0, 1100.0),),
         0.8,
         120.0,
         f"{DOE}750 to 1100 W{STANDBY} with a clock, 2 min",
     ),
-    "TOASTER": Load(
+    "TOASTER": ApplianceLoad(
         PROGRAMME, ((150.0, 1000.0),), 0.0, 150.0, f"{DOE}800 to 1400 W. Assumed: 150 s, no standby"
     ),
-    "KETTLE": Load(
+    "KETTLE": ApplianceLoad(
         PROGRAMME,
         ((170.0, 2200.0),),
         0.0,
         170.0,
         "1 L from 20 to 100 °C takes 335 kJ. Assumed: 2200 W, nine tenths of it into the water",
     ),
-    "COFFEE_MAKER": Load(
+    "COFFEE_MAKER": ApplianceLoad(
         PROGRAMME, ((360.0, 1000.0),), 0.0, 360.0, f"{DOE}900 to 1200 W. Assumed: 6 min, no standby"
     ),
-    "TELEVISION": Load(
+    "TELEVISION": ApplianceLoad(
         SWITCHED,
         ((0.0, 133.0),),
         0.5,
         0.0,
         f"{DOE}36 inches, 133 W{STANDBY}",
     ),
-    "STOVE": Load(
+    "STOVE": ApplianceLoad(
         LINGERS,
         ((0.0, 1500.0),),
         0.0,
         300.0,
         "Assumed: one plate of 1500 W, on until 5 min after somebody was last at it",
     ),
-    "WASHING_MACHINE": Load(
+    "WASHING_MACHINE": ApplianceLoad(
         PROGRAMME,
         ((900.0, 2000.0), (3600.0, 150.0), (600.0, 400.0)),
         0.5,
@@ -104,17 +104,17 @@ LOADS: dict[str, Load] = {
         f"{DOE}350 to 500 W (motor){STANDBY}; it heats for 15 min with 2000 W, washes for 60 min "
         "with 150 W, and spins for 10 min with 400 W",
     ),
-    "DISHWASHER": Load(
+    "DISHWASHER": ApplianceLoad(
         PROGRAMME,
         ((1200.0, 1800.0), (3000.0, 100.0), (900.0, 1800.0)),
         0.5,
         5100.0,
         f"{DOE}1200 to 2400 W while it heats{STANDBY}; it heats for 20 and for 15 min",
     ),
-    "COMPUTER": Load(
+    "COMPUTER": ApplianceLoad(
         WHILE_USED, ((0.0, 60.0),), 0.5, 0.0, f"{DOE}laptop 50 W{STANDBY}; 10 W of a screen"
     ),
-    "LAMP": Load(SWITCHED, ((0.0, 9.0),), 0.0, 0.0, "Assumed: an LED lamp of 9 W"),
+    "LAMP": ApplianceLoad(SWITCHED, ((0.0, 9.0),), 0.0, 0.0, "Assumed: an LED lamp of 9 W"),
 }
 TIPS = {name: f"{load.phases[0][1]:g} W. {load.source}" for name, load in LOADS.items()}
 OWN = (("load", CUSTOM),)
@@ -208,11 +208,13 @@ class ApplianceParameters(Parameters):
     )
 
     @property
-    def drawn(self) -> Load:
+    def drawn(self) -> ApplianceLoad:
         """What the appliance draws: of the chosen load, or as the parameters say."""
         if self.load != CUSTOM:
             return LOADS[self.load]
-        return Load(self.works, ((0.0, self.power),), self.standby_power, self.run_time, "")
+        return ApplianceLoad(
+            self.works, ((0.0, self.power),), self.standby_power, self.run_time, ""
+        )
 
     def contradictions(self, lengths: Lengths = METRES) -> list[str]:
         """Return a sentence if the greatest power is not above the least."""
@@ -232,7 +234,7 @@ class ApplianceParameters(Parameters):
         return []
 
 
-def work_spans(load: Load, uses: list[Span]) -> list[Span]:
+def work_spans(load: ApplianceLoad, uses: list[Span]) -> list[Span]:
     """Return begin and end of each time of work in s, from begin and end of each use in s."""
     if load.works == WHILE_USED:
         return uses
@@ -250,7 +252,9 @@ def work_spans(load: Load, uses: list[Span]) -> list[Span]:
     return found
 
 
-def power_at(load: Load, uses: list[Span], times: Array) -> tuple[Array, NDArray[np.bool_]]:
+def power_at(
+    load: ApplianceLoad, uses: list[Span], times: Array
+) -> tuple[Array, NDArray[np.bool_]]:
     """Return the power (n,) in W at times (n,) in s, and whether the appliance works (n,).
 
     `uses` has begin and end of each use in s, in order.

@@ -2,12 +2,15 @@
 """Water flow sensors and smart plugs in Blender: what they watch, when it is used, and why."""
 
 import csv
+import re
+from pathlib import Path
 
 import bpy
 import numpy as np
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.commands.command_line import run_command
 from bl_ext.user_default.angen_sensors.angen_addon.explain.explain import explain
+from bl_ext.user_default.angen_sensors.angen_addon.layout.apply import apply_layout
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.sensor_runner import SensorRunner
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.time_base import clock_of
 from day_home import part
@@ -198,6 +201,26 @@ def test_a_hidden_object_that_is_watched_is_named(world, addon_part):
     assert "'flow': 'Tap' is disabled in viewports" in text
     with pytest.raises(addon_part("sensor_logic.logs.error").AngenError, match="'Tap' is disabled"):
         world.run(1, 20)
+
+
+@pytest.mark.parametrize(
+    ("page", "target", "values"),
+    [
+        ("flow", "Toilet", {"flows": "AFTER_USE", "refill_volume": 6.0, "min_flow": 0.0}),
+        ("appliance", "Washing machine", {"load": "WASHING_MACHINE", "max_power": 2500.0}),
+    ],
+)
+def test_the_layout_of_a_page_makes_its_sensor(world, tmp_path, page, target, values):
+    text = Path(__file__).resolve().parents[2].joinpath("docs", f"{page}.md").read_text("utf-8")
+    (layout,) = re.findall(r"```json\n(.*?)```", text, re.DOTALL)
+    (tmp_path / "layout.json").write_text(layout)
+    watched = world.box((0.5, 0.5, 0.5), name=target)
+    apply_layout(tmp_path / "layout.json", False)
+    (sensor,) = world.sensors()
+    assert sensor.parameters.watched == watched
+    assert {name: getattr(sensor.parameters, name) for name in values} == values
+    # The housing is that of the kind, not a cube of 30 mm.
+    assert max(sensor.object.dimensions) == pytest.approx(0.062 if page == "flow" else 0.07)
 
 
 ROUTINE = """

@@ -84,6 +84,14 @@ class PadContact:
 
 
 @dataclass(frozen=True)
+class ObjectUse:
+    """The name of the object that a sensor watches, and whether it is in use."""
+
+    name: str
+    in_use: bool
+
+
+@dataclass(frozen=True)
 class LightShare:
     """The part of a `LightSample` that comes from one source.
 
@@ -157,6 +165,7 @@ class Answers:
 #       step before; None where the sensor did not observe that step.
 #   FORCES (): `PadContact`.     LIGHT (): `LightSample`.
 #   POSES (parameter): the `Pose` of the object that the pointer parameter names; None without one.
+#   USES (): the `ObjectUse` of the object that the sensor watches; None without one.
 Ask = Callable[..., Any]
 
 

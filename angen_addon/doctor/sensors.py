@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from ...sensor_logic.kind import FORCES, LIGHT, POSES, RAYS, WARMTH
+from ...sensor_logic.kind import FORCES, LIGHT, POSES, RAYS, USES, WARMTH
 from ...sensor_logic.logs.error import AngenError
 from ...sensor_logic.logs.wording import capital, named, percent, uncapitalized
 from ...sensor_logic.model import Array
@@ -41,6 +41,7 @@ from ..scene.units import (
     peak_power,
     watts_factor,
 )
+from ..scene.uses import check_watched, may_change, watched_object
 from .examined import Examined, Found
 
 BUNDLE_AXES, BUNDLE_NEAR, BUNDLE_SLIT, BUNDLE_AHEAD = -42, -43, -44, -46
@@ -286,6 +287,29 @@ def names_nothing(home: Examined) -> Iterator[Found]:
                     f"Choose its {spec.label} in the sidebar, Active Sensor",
                     (sensor.name,),
                 )
+
+
+def watches_nothing(home: Examined) -> Iterator[Found]:
+    """Yield a finding for each sensor that watches no object, or one whose use never changes."""
+    for sensor in home.requiring(USES):
+        watched = watched_object(sensor)
+        if watched is None:
+            yield (
+                f"'{sensor.name}' watches no object, so it always reads the same",
+                "Choose what it Watches in the sidebar, Active Sensor, or parent it to the object",
+                (sensor.name,),
+            )
+        elif not may_change(sensor) and watched.angen_place.use == "NONE":
+            yield (
+                f"Nothing keys whether '{watched.name}' is in use: '{sensor.name}' always reads "
+                "the same",
+                "Key its In Use (Physics tab), or mark it as a place that residents use",
+                (sensor.name, watched.name),
+            )
+        try:
+            check_watched(sensor, home.depsgraph)
+        except NotPlaced as error:
+            yield f"'{sensor.name}': {error.problem}", capital(error.mend), (sensor.name,)
 
 
 def unplaced(home: Examined) -> Iterator[Found]:

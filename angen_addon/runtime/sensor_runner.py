@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from ...sensor_logic.clock import Clock, Schedule
 from ...sensor_logic.forces.world import PadForces
 from ...sensor_logic.geometry.sweep import RayCrossings
-from ...sensor_logic.kind import CROSSINGS, FORCES, LIGHT, POSES, RAYS
+from ...sensor_logic.kind import CROSSINGS, FORCES, LIGHT, POSES, RAYS, USES
 from ...sensor_logic.model import (
     Answers,
     Array,
@@ -43,6 +43,7 @@ from ..scene.rays.sweep import TOLERANCE, SweptRays
 from ..scene.sensor_reader import Read, SensorReader
 from ..scene.sensors import Sensor, decimal
 from ..scene.surfaces import SURFACES
+from ..scene.uses import may_change
 from .probes import Probes
 from .trace import CAST, CastRays, PlacedStep, Query, Swept, Trace
 
@@ -128,6 +129,15 @@ def answer_poses(query: Query, name: str, indices: Index | None = None) -> Answe
     return Answers([query.read.at_step[POSES][name]], np.zeros(count, np.intp))
 
 
+def answer_uses(query: Query, indices: Index | None = None) -> Answers:
+    """Return whether the object that the sensor watches is in use, at each update of a query.
+
+    `indices` is as for `answer_ranges`.
+    """
+    frames = query.frames if indices is None else query.frames[indices]
+    return query.probes.uses.at(query.sensor, frames, query.probes.frames.depsgraph)
+
+
 def answer_crossings(
     query: Query, origins: Array, directions: Array, length: Array, indices: Index | None = None
 ) -> Answers:
@@ -189,6 +199,7 @@ ANSWERS: dict[str, Callable[..., Answers]] = {
     FORCES: answer_contact,
     LIGHT: answer_light,
     POSES: answer_poses,
+    USES: answer_uses,
     **{need: partial(answer_surfaces, need) for need in SURFACES},
     ECHOES: answer_echoes,
 }
@@ -333,8 +344,13 @@ class SensorRunner:
         return not (self.sensor.kind.requires_light or self.sensor.kind.requires_forces)
 
     def _watches(self) -> bool:
-        """Return whether the sensor senses between its updates, as a swept optical switch does."""
+        """Return whether the sensor senses between its updates, as a swept optical switch does.
+
+        So does a sensor of something that is used: a short use counts too.
+        """
         kind, group = self.sensor.kind, self.sensor.parameters
+        if kind.requires(USES):
+            return may_change(self.sensor)
         choices = kind.needs.get(CROSSINGS)
         return choices is not None and all(
             getattr(group, name) == value

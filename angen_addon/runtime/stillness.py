@@ -15,7 +15,7 @@ from typing import Any
 import bpy
 import numpy as np
 
-from ...sensor_logic.kind import CROSSINGS, FORCES, POSES, RAYS, WARMTH
+from ...sensor_logic.kind import CROSSINGS, FORCES, POSES, RAYS, USES, WARMTH
 from ...sensor_logic.model import Array
 from ..scene import outputs
 from ..scene.animation import action_curves, all_animated, time_stretch
@@ -26,7 +26,7 @@ from ..scene.timed import is_timeless_driver
 from ..scene.timed import reasons as timed_reasons
 
 # Quantities that do not depend on datablocks of the types in SHADING, unless a driver reads one.
-BLIND_TO_SHADING = {RAYS, CROSSINGS, FORCES, POSES} | {
+BLIND_TO_SHADING = {RAYS, CROSSINGS, FORCES, POSES, USES} | {
     need for need, probe in SURFACES.items() if not probe.reads_shading
 }
 # Spans (n, 2) of time.

@@ -186,6 +186,8 @@ def test_enum_numbers_in_files(world):
         "CONTACT": 6,
         "PRESENCE_RADAR": 8,
         "THERMAL_ARRAY": 7,
+        "APPLIANCE": 9,
+        "FLOW": 10,
     }
 
 

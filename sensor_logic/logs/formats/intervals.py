@@ -32,12 +32,13 @@ BEGINS = (
     rb"|(?i:start(?:[ _]?time)?,end(?:[ _]?time)?,(?:sensor|device)\b)"
 )
 SENSORS, TYPES, ROOMS = ("sensor", "device"), ("type",), ("room", "place")
-# The quantity that sensors of a type measure, by a word in the type or the name. What is in use, as
-# with a flush or a plug, is occupied.
+# The quantity that sensors of a type measure, by a word in the type or the name.
 WORDS = (
     ("motion", ("pir", "motion")),
     ("opening", ("magnetic", "contact", "door", "reed", "fridge", "cupboard", "freezer", "window")),
-    ("occupancy", ("pressure", "mat", "bed", "seat", "flush", "electric", "float", "item")),
+    ("flow", ("flush", "float")),
+    ("operation", ("electric", "plug")),
+    ("occupancy", ("pressure", "mat", "bed", "seat", "item")),
 )
 
 

@@ -36,13 +36,18 @@ class MissingMass:
         self._up, self._metres = around.up, around.metres
         self._moved = {body.original for body in self._bodies.by_key.values() if body.rigid}
 
-    def problem(self, pad: Key) -> str:
-        """Return a text for the user if a missing weight makes the reading unknown; "" if not."""
+    def problem(self, pad: Key, near: set[Key]) -> str:
+        """Return a text for the user if a missing weight makes the reading unknown; "" if not.
+
+        `near` are the keys of the bodies that may press on the pad.
+        """
         row = self._solids.row_of(pad)
         if row is None:
             return ""
         solid = self._solids.solids[row]
         for key, supports in self._state.supports.items():
+            if key not in near:
+                continue
             body = self._bodies.by_key[key]
             for ground in (g for s in supports for g in s.ground) if not body.pad else ():
                 if self._would_reach_pad(solid, self._bodies.by_key[pad].tolerance, ground):

@@ -106,6 +106,16 @@ class ContactTracker:
             key = self._bodies.pads[pad]
             state.missing_mass[key] = missing_mass.problem(key, reachable[pad])
 
+    def furniture(self, pad: Uid) -> list[str]:
+        """Return the names of the objects that `MissingMass.furniture` finds on a pad.
+
+        Call this after `look`.
+        """
+        assert self._newest is not None
+        parts = self._solids, self._surfaces, self._bodies
+        around = Surroundings(self._depsgraph, *parts, self._newest.up, self._metres)
+        return list(MissingMass(around, self._newest).furniture(self._bodies.pads[pad]))
+
     def states_near(
         self, pad: Uid, frames: Frames, scene: Any, metres: float
     ) -> list[bytes] | None:

@@ -252,7 +252,7 @@ class Stage:
         )
         self._batches = batches and not changes
         self._moving = moving if self._batches else None
-        self._pads = Pads(self.runners, self._clock, self.probes)
+        self._pads = Pads(scene, self.runners, self._clock, self.probes, _weights_stay(scene))
         # When the batch began, by `time.monotonic`.
         self._since = time.monotonic()
 

@@ -16,6 +16,7 @@ from typing import Any
 # Each module has `register` and `unregister`. Later modules may need earlier ones, and panels come
 # in the order of the sidebar.
 MODULES = (
+    "angen_addon.translations.interface",
     "angen_addon.properties",
     "residents.blender.marks",
     "residents.blender.settings",

@@ -39,7 +39,7 @@ def machine() -> str:
     """Return the processor, the cores of this process, and the versions of Blender and numpy."""
     name = platform.processor() or platform.machine()
     if CPU_INFO.exists():
-        lines = CPU_INFO.read_text().splitlines()
+        lines = CPU_INFO.read_text(encoding="utf-8").splitlines()
         names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
         name = names[0] if names else name
     can_tell = hasattr(os, "sched_getaffinity")
@@ -88,7 +88,9 @@ def memory_mib(most: bool = False) -> float:
     if not status.exists():
         return 0.0
     name = "VmHWM:" if most else "VmRSS:"
-    line = next(line for line in status.read_text().splitlines() if line.startswith(name))
+    line = next(
+        line for line in status.read_text(encoding="utf-8").splitlines() if line.startswith(name)
+    )
     return int(line.split()[1]) / 1024
 
 

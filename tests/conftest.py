@@ -19,6 +19,7 @@ from types import ModuleType
 import pytest
 
 from angen_addon.process.standalone import load_extension
+from dev import link_folder
 
 ROOT = Path(__file__).resolve().parent.parent
 ADDON = "bl_ext.user_default.angen_sensors"
@@ -43,7 +44,7 @@ def pytest_configure(config: pytest.Config) -> None:
     os.environ["TMPDIR"] = tempfile.tempdir = str(temporary)
     extensions = Path(resources, "extensions", "user_default")
     extensions.mkdir(parents=True)
-    extensions.joinpath("angen_sensors").symlink_to(ROOT)
+    link_folder(extensions / "angen_sensors", ROOT)
     os.environ["BLENDER_USER_RESOURCES"] = resources
 
 

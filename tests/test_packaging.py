@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The extension's manifest, its zip, and texts that the repository must not contain."""
 
+import os
 import re
 import shutil
 import subprocess
@@ -8,9 +9,11 @@ import sys
 import tomllib
 import zipfile
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+import build_downloads
 import build_zip
 import check_release
 
@@ -112,17 +115,46 @@ def test_both_ways_give_the_same_files_and_blender_takes_what_is_packed_without_
     if tool is None:
         pytest.skip("there is no Blender here")
     packed = build_zip.build(tmp_path / "packed", None)
-    again = build_zip.build(tmp_path / "again", None)
-    assert packed.read_bytes() == again.read_bytes(), "the same files give the same bytes"
-    made = build_zip.build(tmp_path / "made", tool)
-    with zipfile.ZipFile(packed) as one, zipfile.ZipFile(made) as other:
-        names = sorted(name for name in other.namelist() if not name.endswith("/"))
-        assert sorted(one.namelist()) == names
-        assert all(one.read(name) == other.read(name) for name in names)
-    done = subprocess.run([*tool, "validate", str(packed)], capture_output=True, text=True)
-    assert done.returncode == 0, done.stdout + done.stderr
+    checked = build_zip.build(tmp_path / "checked", tool)
+    assert packed.read_bytes() == checked.read_bytes()
+    made = tmp_path / "made.zip"
+    paths = ["--source-dir", str(ROOT), "--output-filepath", str(made)]
+    subprocess.run([*tool, "build", *paths], capture_output=True, check=True)
+    assert build_zip.contents(made) == build_zip.contents(packed)
 
 
+def lines(path: Path) -> bytes:
+    return path.read_bytes().replace(b"\r\n", b"\n")
+
+
+def test_each_system_gives_the_same_zip_to_the_byte(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A checkout as git makes it on Windows, other times, and what Python notes of the system."""
+    tracked_files()
+    copy = tmp_path / "checkout"
+    windows = ["-c", "core.autocrlf=true", "-c", "core.eol=crlf"]
+    command = ["git", *windows, "checkout-index", "--all", f"--prefix={copy.as_posix()}/"]
+    subprocess.run(command, cwd=ROOT, check=True)
+    names = [name for name in build_zip.shipped(MANIFEST) if (copy / name).is_file()]
+    assert len(names) > 300
+    build_zip.pack(tmp_path / "here.zip", names)
+    for name in names:
+        # What is changed here and not staged.
+        if lines(ROOT / name) != lines(copy / name):
+            shutil.copy(ROOT / name, copy / name)
+    made = zipfile.ZipInfo.__init__
+
+    def made_on_windows(self: zipfile.ZipInfo, *arguments: Any, **options: Any) -> None:
+        made(self, *arguments, **options)
+        self.create_system = 0
+
+    monkeypatch.setattr(zipfile.ZipInfo, "__init__", made_on_windows)
+    build_zip.pack(tmp_path / "there.zip", names, copy)
+    assert (tmp_path / "here.zip").read_bytes() == (tmp_path / "there.zip").read_bytes()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="has no make")
 def test_make_zip_needs_no_blender_and_fetches_nothing(tmp_path: Path) -> None:
     if not shutil.which("make"):
         pytest.skip("needs make")
@@ -199,7 +231,12 @@ def simulates_the_home(packed: zipfile.ZipFile, tmp_path: Path) -> None:
     packed.extractall(tmp_path / "extensions/user_default/angen_sensors")
     done = subprocess.run(
         [sys.executable, "-c", INSTALLED, str(tmp_path), str(ROOT / "sample_blends/angen.blend")],
-        env={"PATH": "", "HOME": str(tmp_path), "BLENDER_USER_RESOURCES": str(tmp_path)},
+        env={
+            **{name: os.environ[name] for name in ("SYSTEMROOT",) if name in os.environ},
+            "PATH": "",
+            "HOME": str(tmp_path),
+            "BLENDER_USER_RESOURCES": str(tmp_path),
+        },
         cwd=tmp_path,
         capture_output=True,
         text=True,
@@ -207,6 +244,29 @@ def simulates_the_home(packed: zipfile.ZipFile, tmp_path: Path) -> None:
     )
     assert done.returncode == 0, done.stderr
     assert len((tmp_path / "events.csv").read_text(encoding="utf-8").splitlines()) > 1
+
+
+def test_what_the_pages_name_is_among_the_downloads(tmp_path: Path) -> None:
+    """So that nobody needs the repository for the first steps."""
+    root, _, patterns = build_downloads.ZIPS["homes"]
+    names = set(build_downloads.files_of(root, patterns))
+    assert {"sample_blends/angen.blend", "sample_blends/week.toml", "LICENSE"} <= names
+    pages = [ROOT / "README.md", *(ROOT / "docs").rglob("*.md")]
+    text = "\n".join(page.read_text(encoding="utf-8") for page in pages)
+    named = set(
+        re.findall(r"\b(?:sample_blends|docs/examples)/[\w/]+\.(?:blend|toml|json)\b", text)
+    )
+    assert len(named) > 5 and named <= names
+    for name in ("one", "other"):
+        build_zip.pack(tmp_path / name, sorted(names), root)
+    assert (tmp_path / "one").read_bytes() == (tmp_path / "other").read_bytes()
+
+
+def test_a_download_that_was_not_built_is_told(tmp_path: Path, monkeypatch: Any) -> None:
+    parts = {"assets": (tmp_path / "none", "make assets", ("**/*",))}
+    monkeypatch.setattr(build_downloads, "ZIPS", parts)
+    with pytest.raises(SystemExit, match="run `make assets` first"):
+        list(build_downloads.build(tmp_path))
 
 
 # Joined here, so that this file does not contain the texts that it searches for.

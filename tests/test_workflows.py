@@ -15,6 +15,6 @@ def test_the_workflow_runs_every_part_of_the_checks() -> None:
     parts = {part for part in told if part not in {"version", "whole"}}
     assert all(f"\n{part}() {{" in script for part in {*parts, "version", "whole"})
     (listed,) = re.findall(r"part: \[(.*)\]", (WORKFLOWS / "ci.yml").read_text(encoding="utf-8"))
-    # A real Blender is beside the checkout, or not at all.
+    # Real Blenders have a job of their own.
     wanted = parts - {"programs"} | {f"version {version}" for version in versions.split()}
     assert set(listed.split(", ")) == wanted

@@ -21,8 +21,9 @@ from ..scene.rays.caster import RayCaster, Rays
 from ..scene.rays.places import PlaceReader
 from ..scene.rays.reference import SceneRayCaster
 from ..scene.rays.sweep import Sweeper
-from ..scene.sensors import Sensor
+from ..scene.sensors import Sensor, unit_scale
 from ..scene.surfaces import SURFACES
+from ..scene.uses import UseReader
 from .edits import EDITS
 
 
@@ -53,6 +54,8 @@ class Probes:
         The probes for the properties of the surfaces that rays hit, by the names of the queries.
     sweeper
         Computes what crosses a beam between two steps.
+    uses
+        Reads which objects are in use at stored frames.
     places
         Reads the places of solids (objects that rays can hit) at captured frames.
     names
@@ -69,6 +72,7 @@ class Probes:
         self.surfaces = {need: probe(self._exact) for need, probe in SURFACES.items()}
         self.sweeper = Sweeper(self.caster)
         self.places = PlaceReader(self._exact)
+        self.uses = UseReader()
         self._solids = self.caster.solids
         self._contacts = ContactTracker(self._solids)
         self.names: dict[int, str] = {}
@@ -83,8 +87,9 @@ class Probes:
 
     def set_sensors(self, sensors: Iterable[Sensor]) -> None:
         """Set the sensors; the probes prepare only data that these sensors need."""
-        pads = [Pad(s.uid, s.object) for s in sensors if s.kind.requires_forces]
-        self._contacts.pads = pads
+        found = list(sensors)
+        self._contacts.pads = [Pad(s.uid, s.object) for s in found if s.kind.requires_forces]
+        self.uses.watch(found)
 
     def look(self, depsgraph: Any, step: int = 0) -> None:
         """Read the present frame of the evaluated scene, as a batch of this frame alone.
@@ -92,6 +97,7 @@ class Probes:
         `step` is the step of the frame.
         """
         self._show(self.capture.read(depsgraph, step))
+        self.uses.look(depsgraph)
 
     def expect_light(self, is_asked: bool) -> None:
         """Set whether light will be measured (`is_asked`) at the frame that is evaluated next."""
@@ -105,6 +111,13 @@ class Probes:
         """
         self.show(index)
         self._contacts.look(self.frames.depsgraph, frame, [pad.uid for pad in due])
+
+    def states_near(self, pad: Uid, scene: Any) -> list[bytes] | None:
+        """Return a state for each frame of the batch, or None if bounds cannot tell.
+
+        The forces on a pad are the same at frames with equal states, if weights do not change.
+        """
+        return self._contacts.states_near(pad, self.frames, scene, unit_scale(scene))
 
     def show(self, index: int) -> None:
         """Set the poses of all solids (objects that rays can hit) to those at a captured frame."""
@@ -121,6 +134,7 @@ class Probes:
         `depsgraph` is the evaluated depsgraph of the scene, at the last of these frames.
         """
         self._show(self.capture.finish(depsgraph))
+        self.uses.finish()
 
     def _show(self, frames: Frames) -> None:
         self.frames = frames

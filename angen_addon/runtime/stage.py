@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...sensor_logic.clock import Clock
-from ...sensor_logic.kind import CROSSINGS, FORCES, RAYS
+from ...sensor_logic.kind import CROSSINGS, FORCES, RAYS, USES
 from ...sensor_logic.model import Index
 from ..scene.animation import all_animated, may_set
 from ..scene.surfaces import SURFACES
@@ -33,7 +33,7 @@ from .time_base import clock_of, evaluated_depsgraph
 # The steps of a run, and the sensors due at them.
 
 # Quantities that can be queried after the scene has left a frame, from what is stored of the frame.
-STORED = {RAYS, CROSSINGS, *SURFACES}
+STORED = {RAYS, CROSSINGS, USES, *SURFACES}
 # Parts of data paths of the properties that weights depend on, in addition to poses and shapes.
 WEIGHT = ("angen_load", "gravity", "rigid_body", "scale_length")
 # Most steps in a window, so that a long run needs no more memory than a short one.
@@ -252,7 +252,7 @@ class Stage:
         )
         self._batches = batches and not changes
         self._moving = moving if self._batches else None
-        self._pads = Pads(self.runners, self._clock, self.probes)
+        self._pads = Pads(scene, self.runners, self._clock, self.probes, _weights_stay(scene))
         # When the batch began, by `time.monotonic`.
         self._since = time.monotonic()
 
@@ -289,6 +289,7 @@ class Stage:
         stored.
         """
         self._capture.note_edits()
+        self.probes.uses.watch([runner.sensor for runner in self.runners])
         self._moving = moving if self._batches else None
 
     def evaluate(self, step: int) -> Any:
@@ -318,6 +319,7 @@ class Stage:
             if self._capture.add_first(depsgraph, watched) and self._batches:
                 self.probes.prepare_pads(depsgraph)
         self._read_sensors(window, sensed, depsgraph)
+        self.probes.uses.add(watched)
         if self.is_due or self._capture.full:
             yield from self.sense(window, depsgraph)
 

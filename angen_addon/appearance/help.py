@@ -10,7 +10,7 @@ from typing import Any
 import bpy
 
 from ...sensor_logic.kinds import KINDS
-from ..output.version import manifest
+from ..process.version import manifest
 
 # The page of each kind by its attribute, and of each group of settings by its property. Others are
 # in the page of the window, or, for kinds, in the tables of parameters.
@@ -53,6 +53,7 @@ OPERATOR_PAGES = (
 OWNERS = ("Object", "Scene", "Material", "Collection", "WindowManager", "Bone")
 
 
+# Without this cache each panel's header reads the manifest at each drawing: a millisecond.
 @functools.cache
 def site() -> str:
     """Return the address of the documentation, which the manifest names; it ends with "/"."""

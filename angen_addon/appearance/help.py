@@ -18,7 +18,7 @@ WINDOW, PARAMETERS = "window", "parameters"
 KIND_PAGES = {
     "optical_switch": "switch",
     **{name: name for name in ("pir", "pressure", "light", "distance", "contact")},
-    **{name: name for name in ("thermal_array", "presence_radar")},
+    **{name: name for name in ("thermal_array", "presence_radar", "appliance", "flow")},
 }
 GROUP_PAGES = {
     "angen_breathing": "presence_radar",
@@ -31,6 +31,7 @@ GROUP_PAGES = {
     "angen_resident": "residents",
     "angen_site": "residents",
     "angen_study": "studies",
+    "angen_use": "appliance",
     "angen_warmth": "thermal_array",
 }
 # The pages of operators whose names match; the first match counts.
@@ -53,7 +54,7 @@ OPERATOR_PAGES = (
 OWNERS = ("Object", "Scene", "Material", "Collection", "WindowManager", "Bone")
 
 
-# Without this cache each panel's header reads the manifest at each drawing: a millisecond.
+# Each drawing of a panel's header costs a millisecond more without this cache.
 @functools.cache
 def site() -> str:
     """Return the address of the documentation, which the manifest names; it ends with "/"."""

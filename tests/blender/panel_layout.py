@@ -135,10 +135,11 @@ def drawn(name, opened=True):
     cls = panel_of(name)
     assert not hasattr(cls, "poll") or cls.poll(bpy.context)
     layout = Layout(opened=opened)
-    panel = SimpleNamespace(layout=layout)
+    panel = SimpleNamespace(layout=layout, help_page=getattr(cls, "help_page", ""))
     for part in ("draw_header", "draw_header_preset", "draw"):
-        if hasattr(cls, part) and not (part == "draw_header_preset" and hasattr(cls, "help_page")):
+        if hasattr(cls, part):
             getattr(cls, part)(panel, bpy.context)
+    layout.operators = [item for item in layout.operators if item[1] != "HELP"]
     return layout
 
 

@@ -56,7 +56,8 @@ def test_a_setting_opens_the_page_of_its_kind(world):
     assert bpy.types.WM_OT_doc_view_manual._lookup_rna_url("bpy.types.Object.location") != ""
 
 
-def test_each_panel_of_the_sidebar_opens_its_page():
+def test_each_panel_of_the_sidebar_opens_its_page(world):
+    bpy.context.view_layer.objects.active = world.box((1, 1, 1))
     sidebar = [
         cls
         for name in dir(bpy.types)

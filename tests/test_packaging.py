@@ -19,8 +19,15 @@ import check_release
 
 ROOT = build_zip.ROOT
 MANIFEST = tomllib.loads((ROOT / "blender_manifest.toml").read_text(encoding="utf-8"))
-SHIPPED_FILES = {"__init__.py", "parts.py", "blender_manifest.toml", "LICENSE", "README.md"}
-SHIPPED_FOLDERS = ("angen_addon", "operators", "panels", "residents", "sensor_logic")
+SHIPPED_FILES = {"__init__.py", "parts.py", "blender_manifest.toml", "LICENSE", "README_USERS.md"}
+SHIPPED_FOLDERS = ("angen_addon", "operators", "panels", "residents", "sensor_logic", "wheels")
+# For the Python package alone.
+PACKAGE_ALONE = (
+    *("angen_addon/__main__.py", "angen_addon/api/", "angen_addon/process/standalone.py"),
+    *(f"angen_addon/commands/{name}.py" for name in ("compare", "convert", "replay")),
+    *("residents/blender/api.py", "residents/blender/learn.py"),
+    *("residents/routine/learn.py", "residents/routine/text.py"),
+)
 
 
 def tracked_files() -> list[str]:
@@ -46,7 +53,7 @@ def test_the_manifest_says_what_users_rely_on() -> None:
         "license": ["SPDX:GPL-3.0-or-later"],
     }  # fmt: skip
     assert {key: MANIFEST[key] for key in told} == told
-    assert set(MANIFEST["permissions"]) == {"files"} and "wheels" not in MANIFEST
+    assert set(MANIFEST["permissions"]) == {"files", "network"}
     text = (ROOT / "LICENSE").read_text(encoding="utf-8")
     assert "Version 3, 29 June 2007" in text and len(text.splitlines()) > 600
     version = MANIFEST["version"]
@@ -63,7 +70,36 @@ def test_the_zip_holds_what_runs_and_nothing_else(built: Path) -> None:
         if path.is_file() and "__pycache__" not in path.parts
     }
     names = zipfile.ZipFile(built).namelist()
-    assert set(names) == runs
+    assert all(any(name.startswith(one) for name in runs) for one in PACKAGE_ALONE)
+    assert set(names) == {name for name in runs if not name.startswith(PACKAGE_ALONE)}
+
+
+def test_the_zip_follows_the_rules_of_the_platform(built: Path) -> None:
+    assert check_release.zip_problems(built) == []
+
+
+def test_each_rule_refuses_a_zip_that_breaks_it(built: Path, tmp_path: Path) -> None:
+    """One change for each rule, in their order."""
+    manifest = (ROOT / "blender_manifest.toml").read_text(encoding="utf-8")
+    changes = [
+        ("blender_manifest.toml", re.sub(r"(?m)^website.*\n", "", manifest)),
+        ("blender_manifest.toml", re.sub(r"(?m)^network.*\n", "", manifest)),
+        ("sensor_logic/fetch.py", "import urllib.request\n"),
+        ("wheels/LICENSE-paho-mqtt.txt", ""),
+        ("angen_addon/__main__.py", ""),
+        ("angen_addon/more.py", "from angen_sensors import parts\n"),
+        ("sensor_logic/fast.so", ""),
+        ("README_USERS.md", "make zip; EEVEE --jobs\n"),
+        ("operators/more.py", "import subprocess\n"),
+    ]
+    assert len(changes) == len(check_release.RULES)
+    for (name, text), (rule, _) in zip(changes, check_release.RULES, strict=True):
+        with zipfile.ZipFile(built) as one, zipfile.ZipFile(tmp_path / "bad.zip", "w") as other:
+            for kept in set(one.namelist()) - {name}:
+                other.writestr(kept, one.read(kept))
+            other.writestr(name, text)
+        (line,) = check_release.zip_problems(tmp_path / "bad.zip")
+        assert line.endswith(f"(rule: {rule})")
 
 
 def test_both_ways_give_the_same_files_and_blender_takes_what_is_packed_without_it(
@@ -252,7 +288,9 @@ def release(tmp_path: Path) -> Path:
     """Return the files that the check of a release reads, of version 1.2.3."""
     (tmp_path / "blender_manifest.toml").write_text('version = "1.2.3"\n')
     (tmp_path / "pyproject.toml").write_text('[project]\nversion = "1.2.3"\n')
-    (tmp_path / "CITATION.cff").write_text("cff-version: 1.2.0\nversion: 1.2.3\n")
+    (tmp_path / "CITATION.cff").write_text(
+        "cff-version: 1.2.0\nversion: 1.2.3\ndate-released: 2026-12-01\n"
+    )
     (tmp_path / "CHANGELOG.md").write_text(
         "# Changelog\n\n## 1.2.3, 2026-12-01\n\n- New.\n\n## 1.2.2, 2026-11-01\n\n- Old.\n"
     )
@@ -269,7 +307,8 @@ def test_a_release_that_fits_together_has_its_notes(release: Path) -> None:
     [
         ("blender_manifest.toml", 'version = "1.2.2"\n', "blender_manifest.toml has 1.2.2"),
         ("pyproject.toml", '[project]\nversion = "1.3.0"\n', "pyproject.toml has 1.3.0"),
-        ("CITATION.cff", "cff-version: 1.2.3\n", "CITATION.cff has no version"),
+        ("CITATION.cff", "date-released: 2026-12-01\n", "CITATION.cff has no version"),
+        ("CITATION.cff", "version: 1.2.3\n", "CITATION.cff has no date, CHANGELOG.md 2026-12-01"),
         ("CHANGELOG.md", "## 1.2.3, not released yet\n\n- New.\n", "CHANGELOG.md has no section"),
         ("CHANGELOG.md", "## 1.2.3, 2026-12-01\n", "CHANGELOG.md has no section"),
     ],

@@ -44,24 +44,24 @@ from ..scene.sensor_reader import Read, SensorReader
 from ..scene.sensors import Sensor, decimal
 from ..scene.surfaces import SURFACES
 from .probes import Probes
-from .trace import CAST, PlacedStep, Query, RaysMet, Swept, Trace
+from .trace import CAST, CastRays, PlacedStep, Query, Swept, Trace
 
 # The index of the only frame of a batch.
 PRESENT = np.zeros(1, np.intp)
 
-# Answers to models' queries. In all of them, `which` (k,) has the indices of the updates that a
+# Answers to models' queries. In all of them, `indices` (k,) are those of the updates that a
 # query is about; None means all. A new property of surfaces needs a probe in `scene/surfaces/`, any
 # other quantity a function here and an entry in `ANSWERS`.
 
 
-def answer_ranges(query: Query, bundle: int, *rays: Array, which: Index | None = None) -> Answers:
+def answer_ranges(query: Query, bundle: int, *rays: Array, indices: Index | None = None) -> Answers:
     """Return the range in m of each ray of a bundle, at each update that a query is about.
 
     A bundle is a set of rays that the model casts together; `bundle` is its number. `rays` are the
-    origins and directions (n, 3), and the lengths (n,) in m. `which` (k,) has the indices of the
+    origins and directions (n, 3), and the lengths (n,) in m. `indices` (k,) are those of the
     updates; None means all.
     """
-    frames = query.frames if which is None else query.frames[which]
+    frames = query.frames if indices is None else query.frames[indices]
     cast, in_units = query.probes.caster.cast_at, query.read.rays_in_units(*rays)
     found = cast(query.sensor.uid, query.bundle(bundle), in_units, frames)
     return Answers([query.read.in_metres(ranges) for ranges in found.table], found.rows)
@@ -75,7 +75,7 @@ def answer_surfaces(
     directions: Array,
     length: Array,
     *details: Any,
-    which: Index | None = None,
+    indices: Index | None = None,
 ) -> Answers:
     """Return a property of the surfaces that rays hit, such as their temperature.
 
@@ -84,7 +84,7 @@ def answer_surfaces(
 
     `details` are arguments of the query besides the rays.
     """
-    frames = query.frames if which is None else query.frames[which]
+    frames = query.frames if indices is None else query.frames[indices]
     known = query.sensor.uid, query.bundle(bundle)
     in_units = query.read.rays_in_units(origins, directions, length)
     return query.probes.surfaces[need].see(*known, in_units, frames, *details)
@@ -98,7 +98,7 @@ def answer_echoes(
     length: Array,
     frequency: float,
     integration_time: float,
-    which: Index | None = None,
+    indices: Index | None = None,
 ) -> Answers:
     """Return the `Echoes` of rays, with speeds over the integration time in s before each update.
 
@@ -108,35 +108,35 @@ def answer_echoes(
     known = np.array([one.step for one in query.past], np.intp)
     within = clock.steps_within(integration_time)
     pasts = []
-    for step in (steps if which is None else steps[which]).tolist():
+    for step in (steps if indices is None else steps[indices]).tolist():
         first, end = np.searchsorted(known, (step - within, step + 1)).tolist()
         # At least the step before, where the playhead has skipped frames.
         past = query.past[max(min(first, end - 2), 0) : end]
         pasts.append([(clock.step_time(one.step), one.places) for one in past])
     rays = origins, directions, length
     details = frequency, integration_time, pasts
-    return answer_surfaces(ECHOES, query, bundle, *rays, *details, which=which)
+    return answer_surfaces(ECHOES, query, bundle, *rays, *details, indices=indices)
 
 
-def answer_poses(query: Query, name: str, which: Index | None = None) -> Answers:
+def answer_poses(query: Query, name: str, indices: Index | None = None) -> Answers:
     """Return the pose of the object in the parameter `name`; None if the parameter is empty.
 
-    `which` is as for `answer_ranges`.
+    `indices` is as for `answer_ranges`.
     """
     assert query.read.at_step is not None
-    count = len(query.steps) if which is None else len(which)
+    count = len(query.steps) if indices is None else len(indices)
     return Answers([query.read.at_step[POSES][name]], np.zeros(count, np.intp))
 
 
 def answer_crossings(
-    query: Query, origins: Array, directions: Array, length: Array, which: Index | None = None
+    query: Query, origins: Array, directions: Array, length: Array, indices: Index | None = None
 ) -> Answers:
     """Return how objects crossed the rays since the step before.
 
-    An answer is None if the sensor did not sense at the step before. `which` is as for
+    An answer is None if the sensor did not sense at the step before. `indices` is as for
     `answer_ranges`.
     """
-    chosen = np.arange(len(query.steps)) if which is None else which
+    chosen = np.arange(len(query.steps)) if indices is None else indices
     rays = origins, directions, length
     found = [_sweep(query, query.steps[i], int(query.frames[i]), rays) for i in chosen.tolist()]
     return Answers(found, np.arange(len(found)))
@@ -162,7 +162,7 @@ def _sweep(
     return replace(found, near=near, far=far)
 
 
-def answer_contact(query: Query, which: Index | None = None) -> Answers:
+def answer_contact(query: Query, indices: Index | None = None) -> Answers:
     """Return the forces on a pad at all updates of a query."""
     assert query.read.at_step is not None
     weight, chosen = query.read.at_step[FORCES]
@@ -177,7 +177,7 @@ def answer_contact(query: Query, which: Index | None = None) -> Answers:
     return Answers(table, np.array(rows, np.intp))
 
 
-def answer_light(query: Query, which: Index | None = None) -> Answers:
+def answer_light(query: Query, indices: Index | None = None) -> Answers:
     """Return the measured light, as one answer for all updates of a query."""
     assert query.light is not None
     return Answers([query.light], np.zeros(len(query.steps), np.intp))
@@ -488,6 +488,7 @@ def all_rays(
     if probes is None:
         # New probes, whose scene is empty.
         probes, needs = Probes(depsgraph.scene, RayCaster()), {RAYS}
+        probes.show_captured(depsgraph)
     read, trace = runner.reader.read(depsgraph, probes.capture.edits), runner.trace
     if read is None:
         return None
@@ -512,5 +513,5 @@ def _cast_views(read: Read, trace: Trace, probes: Probes) -> None:
         for wall, rays in enumerate(zip(*view_rays(request), strict=True)):
             ranges = probes.caster.cast(sensor.uid, wall, *rays)
             origins, directions, reach = rays
-            met = RaysMet(origins * metres, directions, reach * metres, ranges * metres)
-            trace.show(wall, met)
+            cast = CastRays(origins * metres, directions, reach * metres, ranges * metres)
+            trace.show(wall, cast)

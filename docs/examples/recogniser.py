@@ -214,10 +214,19 @@ def features(changes: Sequence[Change], sensors: Sequence[str], window: int) -> 
 
 def samples(days: Sequence[Day], sensors: Sequence[str], window: int) -> Samples:
     """The windows of days in which something is done."""
-    x = np.concatenate([features(day.changes, sensors, window) for day in days])
-    y = np.concatenate([labels_of(day, window) for day in days])
-    weights = np.repeat([day.weight for day in days], DAY_S // window)
-    return x[y != ""], y[y != ""], weights[y != ""]
+    return joined([samples_of(day, sensors, window) for day in days])
+
+
+def samples_of(day: Day, sensors: Sequence[str], window: int) -> Samples:
+    """The windows of a day in which something is done."""
+    x, y = features(day.changes, sensors, window), labels_of(day, window)
+    return x[y != ""], y[y != ""], np.full(np.sum(y != ""), day.weight)
+
+
+def joined(parts: Sequence[Samples]) -> Samples:
+    """The windows of several days as one table."""
+    x, y, weights = (np.concatenate(column) for column in zip(*parts, strict=True))
+    return x, y, weights
 
 
 def sensors_of(days: Sequence[Day]) -> list[str]:
@@ -282,13 +291,15 @@ def tried(
 ) -> np.ndarray:  # fmt: skip
     """(seeds, 2): accuracy and macro F1 on real days, of what is learnt from `days` and `number`
     real ones. Chance draws these, and what is tried are all others."""
+    simulated, theirs = (
+        [samples_of(day, sensors, window) for day in given] for given in (days, real)
+    )
     found = []
     for seed in range(seeds):
         order = np.random.default_rng(seed).permutation(len(real))
-        learnt = [*days, *(real[n] for n in order[:number])]
-        test = samples([real[n] for n in order[number:]], sensors, window)
-        guessed = forest_guess(samples(learnt, sensors, window), test, seed)
-        found.append(scores(guessed, test[1]))
+        learnt = joined([*simulated, *(theirs[n] for n in order[:number])])
+        test = joined([theirs[n] for n in order[number:]])
+        found.append(scores(forest_guess(learnt, test, seed), test[1]))
     return np.array(found)
 
 

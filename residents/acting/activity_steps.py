@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from ...sensor_logic.logs.error import InputError
 from ...sensor_logic.logs.toml_table import suggestion
 from ..routine.file import VARIES
-from ..routine.routine import AWAY, Routine, RoutineActivity, Spread, StepGroup, Use, seconds
+from ..routine.routine import AWAY, Routine, RoutineActivity, Spread, StepGroup, UsualUse, seconds
 from ..routine.timetable import Stream
 from .places import APPLIANCE, LIE, SIT, TAP, USE, Place, Places
 from .timeline import AWAY as GONE
@@ -48,7 +48,7 @@ _NEEDS = {"turn over": (LYING,)}
 USUAL, A_WHILE = 10.0, 6.0
 # The spread of the durations at a place, by its use, and of those for which a leaf is open for a
 # while; docs/residents.md tells where they are from.
-SPREADS = {SIT: (0.4, 0.7), USE: (0.6, 0.6), TAP: (0.6, 0.6), APPLIANCE: (1.3, 0.5)}
+SPREADS = {SIT: (0.4, 0.7), USE: (0.4, 0.4), TAP: (0.4, 0.4), APPLIANCE: (1.3, 0.5)}
 LEAF_SPREAD = (0.67, 1.25)
 # The largest side of a thing that a hand can carry, m.
 LARGEST_THING_M = 1.0
@@ -91,7 +91,11 @@ class ActivityStep:
 
 
 def parse_step(
-    text: str, where: str, places: Places, uses: Mapping[str, Use], varies: Spread | None = None
+    text: str,
+    where: str,
+    places: Places,
+    uses: Mapping[str, UsualUse],
+    varies: Spread | None = None,
 ) -> ActivityStep:
     """Parse the text of a step; raise `InputError` for an unknown word or name.
 
@@ -147,7 +151,7 @@ def _open_for(rest: str) -> tuple[str, float | None]:
 
 
 def _with_usual_duration(
-    step: ActivityStep, places: Places, uses: Mapping[str, Use]
+    step: ActivityStep, places: Places, uses: Mapping[str, UsualUse]
 ) -> ActivityStep:
     """Return a step with the usual duration and spread where its text does not say them."""
     use = uses.get(step.name)
@@ -380,7 +384,7 @@ def read_activities(routine: Routine, places: Places) -> Mapping[str, ActivitySt
 
 
 def _parse_activity(
-    activity: RoutineActivity, places: Places, uses: Mapping[str, Use]
+    activity: RoutineActivity, places: Places, uses: Mapping[str, UsualUse]
 ) -> ActivitySteps:
     where = activity.where or (activity.name,) * len(activity.do)
     items, postures = _parse_items(activity.do, where, places, uses, {None}, "", None)
@@ -397,7 +401,8 @@ def _parse_activity(
 
 
 def _parse_items(
-    do: Sequence[str | StepGroup], where: Sequence[str], places: Places, uses: Mapping[str, Use],
+    do: Sequence[str | StepGroup], where: Sequence[str], places: Places,
+    uses: Mapping[str, UsualUse],
     postures: set[str | None], name: str, varies: Spread | None,
     among: bool = False, timed: bool = False,
 ) -> tuple[tuple[ActivityStep | ParsedGroup, ...], set[str | None]]:  # fmt: skip

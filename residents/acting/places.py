@@ -21,6 +21,8 @@ DOOR, LAMP, TAP, APPLIANCE = "DOOR", "LAMP", "TAP", "APPLIANCE"
 DRAWER, CURTAIN, CUPBOARD = "DRAWER", "CURTAIN", "CUPBOARD"
 # Leaves that a hand moves; residents only walk through a DOOR.
 MOVED = (DOOR, DRAWER, CURTAIN, CUPBOARD)
+# Parts of furniture, in which there is no floor.
+INSIDE = (DRAWER, CUPBOARD)
 # Leaves that turn or slide along their width.
 LEAVES = (DOOR, CURTAIN, CUPBOARD)
 # Half of the width that an adult needs, m.

@@ -17,7 +17,7 @@ from typing import Any
 import bpy
 import numpy as np
 
-from ...angen_addon.process.standalone import release_memory
+from ...angen_addon.process.system import release_memory
 from ...angen_addon.runtime.simulation import Exchange, Progress, simulate
 from ...angen_addon.runtime.time_base import evaluated_depsgraph
 from ...angen_addon.scene.animation import all_animated

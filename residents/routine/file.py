@@ -39,7 +39,7 @@ from .routine import (
     RoutineActivity,
     Spread,
     StepGroup,
-    Use,
+    UsualUse,
     seconds,
     time_of_day,
 )
@@ -228,12 +228,12 @@ def _group(table: TomlTable, within: bool) -> StepGroup:
     )
 
 
-def _use(table: TomlTable) -> Use:
+def _use(table: TomlTable) -> UsualUse:
     lasts, varies = table.take("lasts", _positive, None), table.take("varies", _spread, None)
     if not {"lasts", "varies"}.intersection(table.values):
         raise table.error("give 'lasts', 'varies' or both")
     table.finish()
-    return Use(lasts, varies, table.where())
+    return UsualUse(lasts, varies, table.where())
 
 
 def _person(name: str, table: TomlTable, activities: set[str]) -> Person:

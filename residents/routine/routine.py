@@ -66,7 +66,7 @@ class Meanwhile:
 
 
 @dataclass(frozen=True)
-class Use:
+class UsualUse:
     """How long each use of a place, or of what a leaf shuts, lasts.
 
     Attributes
@@ -356,7 +356,7 @@ class Routine:
     fillers: tuple[Filler, ...]
     interruptions: tuple[Interruption, ...]
     absences: tuple[Absence, ...]
-    uses: Mapping[str, Use] = field(default_factory=dict)
+    uses: Mapping[str, UsualUse] = field(default_factory=dict)
 
     def done(self) -> Iterator[tuple[str, str]]:
         """Yield each person with each activity that the person may do, by their names."""

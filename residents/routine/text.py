@@ -22,7 +22,7 @@ from .routine import (
     Segment,
     Spread,
     StepGroup,
-    Use,
+    UsualUse,
 )
 from .timetable import COLUMNS
 
@@ -88,7 +88,7 @@ def _person(person: Person) -> Iterator[str]:
     yield f"begins = {_text(person.begins)}"
 
 
-def _use(name: str, use: Use) -> str:
+def _use(name: str, use: UsualUse) -> str:
     """Return the line of a table [uses] for a place or leaf."""
     keys = [f'lasts = "{duration(use.lasts)}"'] if use.lasts is not None else []
     keys += [f"varies = {_spread(use.varies)}"] if use.varies is not None else []

@@ -16,22 +16,22 @@ CUPBOARD_FRONT = 5.66
 FRONT = 0.018  # thickness of doors and drawers
 
 
-def _front(x0: float, x1: float, z0: float, z1: float, hinge: float) -> MeshBuilder:
-    """Return a front of the base cupboards about its hinge (x), with a bar handle near its top."""
-    b = MeshBuilder("kitchen front")
-    left, right, high = x0 - hinge, x1 - hinge, z1 - z0
-    b.box((left + 0.002, -FRONT, 0.002), (right - 0.002, 0, high - 0.002), 0.003)
-    _handle(b, (left + right) / 2, -FRONT, high - 0.05)
+def _front(x0: float, x1: float, z0: float, z1: float) -> MeshBuilder:
+    """Return a closed front of the base cupboards with a bar handle near its top."""
+    b, y = MeshBuilder("kitchen front"), BASE_FRONT
+    b.box((x0 + 0.002, y - FRONT, z0 + 0.002), (x1 - 0.002, y, z1 - 0.002), 0.003)
+    _handle(b, (x0 + x1) / 2, y - FRONT, z1 - 0.05)
     return b
 
 
-def _tray(b: MeshBuilder, width: float, height: float) -> None:
+def _tray(b: MeshBuilder, x0: float, x1: float, z0: float, z1: float) -> None:
     """Add the box of a drawer behind its front; shut, it is inside the carcass."""
-    left, right, deep, low, high = 0.02, width - 0.02, 0.45, 0.02, height - 0.06
-    b.box((left, 0.002, low), (right, deep, low + 0.01), 0.0, "oak")
-    b.box((left, 0.002, low + 0.01), (left + 0.012, deep, high), 0.0, "oak")
-    b.box((right - 0.012, 0.002, low + 0.01), (right, deep, high), 0.0, "oak")
-    b.box((left + 0.012, deep - 0.012, low + 0.01), (right - 0.012, deep, high), 0.0, "oak")
+    left, right, front, back = x0 + 0.02, x1 - 0.02, BASE_FRONT + 0.002, BASE_FRONT + 0.45
+    low, floor, high = z0 + 0.02, z0 + 0.03, z1 - 0.06
+    b.box((left, front, low), (right, back, floor), 0.0, "oak")
+    b.box((left, front, floor), (left + 0.012, back, high), 0.0, "oak")
+    b.box((right - 0.012, front, floor), (right, back, high), 0.0, "oak")
+    b.box((left + 0.012, back - 0.012, floor), (right - 0.012, back, high), 0.0, "oak")
 
 
 def _handle(b: MeshBuilder, x: float, y: float, z: float) -> None:
@@ -49,17 +49,14 @@ def add_base() -> None:
         b.box((x0, BASE_FRONT, plinth), (x1, WALL_Y, carcass_top), 0.002)
         b.box((x0, BASE_FRONT + 0.05, FLOOR), (x1, WALL_Y, plinth), 0.0, "black plastic")
     place("Base cupboards", b, PATH)
-    for name, x0, x1, hinge in (
-        ("1", 0.0, 0.6, 0.0),
-        ("2", 0.6, 1.3, 0.6),
-        ("3", 2.35, 2.86, 2.86),
-    ):
-        door = _front(x0, x1, plinth, carcass_top, hinge)
-        place(f"Base cupboard door {name}", door, PATH, (hinge, BASE_FRONT, plinth))
-    for name, (z0, z1) in enumerate(((plinth, 0.45), (0.45, 0.68), (0.68, carcass_top)), 1):
-        drawer = _front(1.3, 1.75, z0, z1, 1.3)
-        _tray(drawer, 0.45, z1 - z0)
-        place(f"Kitchen drawer {name}", drawer, PATH, (1.3, BASE_FRONT, z0))
+    doors = ((0.0, 0.6, 0.0), (0.6, 1.3, 0.6), (2.35, 2.86, 2.86))
+    for number, (x0, x1, hinge) in enumerate(doors, 1):
+        place(f"Base cupboard door {number}", _front(x0, x1, plinth, carcass_top), PATH,
+              hinge=(hinge, BASE_FRONT, plinth))  # fmt: skip
+    for number, (z0, z1) in enumerate(((plinth, 0.45), (0.45, 0.68), (0.68, carcass_top)), 1):
+        drawer = _front(1.3, 1.75, z0, z1)
+        _tray(drawer, 1.3, 1.75, z0, z1)
+        place(f"Kitchen drawer {number}", drawer, PATH, hinge=(1.525, BASE_FRONT, z0))
     # The worktop has holes for the sink and the stove.
     t = MeshBuilder("worktop")
     y0, y1 = 5.385, WALL_Y

@@ -77,12 +77,11 @@ def add_washbasin() -> None:
     x = (box.x0 + box.x1) / 2
     basin = place("Washbasin", b, BATH, (x, box.y0, FLOOR))
     for s, side in ((-1, "left"), (1, "right")):
-        door, edge = MeshBuilder("lacquer"), w / 2 - 0.022
-        door.box(((0.002 - edge) * s, 0, 0), (0, 0.018, top - 0.335), 0.004)
-        bar = (0.03 - edge) * s
-        door.rod((bar, 0.028, 0.24), (bar, 0.028, 0.37), 0.005, 6, "chrome")
-        at = (edge * s, d - 0.03, 0.21)
-        place(f"Washbasin cupboard door {side}", door, BATH, at, parent=basin)
+        door, edge = MeshBuilder("lacquer"), (w / 2 - 0.022) * s
+        door.box((0.002 * s, d - 0.03, 0.21), (edge, d - 0.012, top - 0.125), 0.004)
+        door.rod((0.03 * s, d - 0.002, 0.45), (0.03 * s, d - 0.002, 0.58), 0.005, 6, "chrome")
+        place(f"Washbasin cupboard door {side}", door, BATH, parent=basin,
+              hinge=(edge, d - 0.03, 0.21))  # fmt: skip
     tap = MeshBuilder("chrome")
     tap.cylinder((0, 0, 0), 0.022, 0.09, 14)
     tap.tube([(0, 0, 0.075), (0, 0.06, 0.1), (0, 0.12, 0.09), (0, 0.125, 0.07)], 0.011, 10)

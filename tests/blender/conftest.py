@@ -352,8 +352,8 @@ def echoes(world: World, monkeypatch: pytest.MonkeyPatch) -> dict[tuple[str, int
     found: dict[tuple[str, int], Any] = {}
     answer = answers_of[need]
 
-    def spied(query: Any, *question: Any, which: Any = None) -> Any:
-        answers = answer(query, *question, which=which)
+    def spied(query: Any, *question: Any, indices: Any = None) -> Any:
+        answers = answer(query, *question, indices=indices)
         for i, step in enumerate(query.steps):
             found[query.sensor.name, step] = answers[i]
         return answers

@@ -9,6 +9,7 @@ pose of its sensor. It then calls the sensor's model, which queries the scene. T
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -55,7 +56,7 @@ from ..scene.sensors import (
 )
 from ..scene.surfaces import SURFACES
 from ..scene.units import kilograms
-from ..scene.uses import may_change
+from ..scene.uses import keyed_uses, may_change
 from .probes import Probes
 from .trace import CAST, PlacedStep, Query, RaysMet, Read, Swept, Trace
 
@@ -473,6 +474,31 @@ class SensorRunner:
         self.model = self.sensor.kind.model()
         self._read: Read | None = None
         self.trace.forget()
+
+    def recall(self, step: int) -> None:
+        """Let the model know the uses of what it watches before `step`, as keys tell them.
+
+        Call this method after a jump of the playhead. It does nothing for other kinds of sensors.
+        """
+        if not self.sensor.kind.requires(USES):
+            return
+        frame_start = self.clock.frame_start
+        last = self.clock.frame_and_subframe(step)[0] - 1
+        if last < frame_start or not (known := keyed_uses(self.sensor, frame_start, last)):
+            return
+        steps = np.array([self.clock.first_step(frame) for frame, _ in known])
+        rows = np.arange(len(known))
+        updates = Updates(
+            rows,
+            self.clock.times_and_frames(steps)[0],
+            np.zeros(len(known), bool),
+            Pose(np.zeros(3), np.eye(3)),
+            {USES: lambda which=None: Answers([use for _, use in known], rows)},
+            partial(generator, 0, ""),
+            partial(generator, 0, "", 0),
+        )
+        with suppress(AngenError):
+            self.model.sense(read_parameters(self.sensor, self.sensor.settings), updates)
 
     def read(self, depsgraph: Any, edits: int) -> Read | None:
         """Return the parameters and the pose; None while the sensor is switched off.

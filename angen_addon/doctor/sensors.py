@@ -15,7 +15,7 @@ import numpy as np
 from ...sensor_logic.kind import FORCES, LIGHT, POSES, RAYS, WARMTH
 from ...sensor_logic.logs.error import AngenError
 from ...sensor_logic.logs.wording import capital, named, percent, uncapitalized
-from ...sensor_logic.model import Array
+from ...sensor_logic.model import NOT_YET, Array
 from ...sensor_logic.parameters import specs
 from ..advice import sensing, warmth
 from ..advice import sensing as advice
@@ -23,6 +23,8 @@ from ..runtime.sensor_runner import all_rays
 from ..runtime.time_base import clock_of
 from ..runtime.trace import Trace
 from ..scene.animation import idle_keys, is_animated, playing
+from ..scene.forces.bodies import Pad
+from ..scene.forces.tracker import ContactTracker
 from ..scene.lengths import lengths_of
 from ..scene.light.engine import why_no_eevee
 from ..scene.light.materials import has_nodes
@@ -395,6 +397,37 @@ def hanging_in_the_air(home: Examined) -> Iterator[Found]:
                 "Lower the pad onto the floor, which must have faces and be visible; or parent it "
                 "to the object that it is part of",
                 (pad.name,),
+            )
+
+
+def not_weighed(home: Examined) -> Iterator[Found]:
+    """Yield a finding for each pad that cannot be valid: at the present frame, or under a chair.
+
+    Scenes with rigid bodies are left out, because their bodies may still have to be simulated.
+    """
+    pads = [Pad(sensor.uid, sensor.object) for sensor in home.requiring(FORCES)]
+    if not pads or home.scene.rigidbody_world is not None:
+        return
+    solids, frame = home.home.caster.solids, home.scene.frame_current
+    tracker = ContactTracker(solids)
+    tracker.look(home.depsgraph, frame, home.metres, pads, [pad.uid for pad in pads])
+    for pad in pads:
+        if advice.without_surface(pad.original):
+            continue
+        name, problem = pad.original.name, tracker.forces(pad.uid, frame).problem
+        if problem not in ("", NOT_YET):
+            what, _, mend = problem.partition(": ")
+            yield (
+                f"'{name}' is not valid at frame {frame}: {what}",
+                capital(mend) or "Move it onto a surface, or away from the pad",
+                (name,),
+            )
+        for cover in tracker.furniture(pad.uid):
+            yield (
+                f"'{cover}' stands on '{name}' with some of its parts and has no mass: while "
+                "somebody is on it, the pad is not valid",
+                f"Give '{cover}' a mass (Physics tab, Weight on Sensors)",
+                (name, cover),
             )
 
 

@@ -16,18 +16,18 @@ from ...sensor_logic.model import Index
 from .probes import Probes
 from .sensor_runner import PendingUpdates, Read, SensorRunner, SensorSteps
 
-# Identifies a state of the scene; frames between which nothing moves have the same state.
-State = tuple[int, ...]
+# Identifies a state of what a pad can feel; frames between which nothing of it moves have the same.
+State = tuple[Any, ...]
 
 
 @dataclass
 class _Pad:
-    """A pad in a run. Frames between which nothing moves have the same `State` and forces.
+    """A pad in a run. Frames between which nothing moves that it feels have the same `State`.
 
     Attributes
     ----------
     states
-        The state of the scene by step, for the last steps at which the motion was read.
+        The state by step, for the last steps at which the motion was read.
     due
         The state that decides the forces, by the step of each whole frame with updates.
     needed
@@ -52,8 +52,8 @@ class _Pad:
     def note_due(self, steps: Iterable[int]) -> None:
         """Register the steps of whole frames at which forces will be queried.
 
-        If nothing moves from the frame before to the frame after, the step gets the state of the
-        scene. Otherwise the step gets a new state.
+        If nothing moves from the frame before to the frame after, the step gets their state.
+        Otherwise the step gets a new state.
         """
         for step in steps:
             near = [self.states.get(step + self.size * i) for i in (-1, 0, 1)]
@@ -100,8 +100,20 @@ class _Pad:
 class Pads:
     """All pads of a run, with their updates that wait until the probes have computed forces."""
 
-    def __init__(self, runners: Sequence[SensorRunner], clock: Clock, probes: Probes) -> None:
+    def __init__(
+        self,
+        scene: Any,
+        runners: Sequence[SensorRunner],
+        clock: Clock,
+        probes: Probes,
+        weights_stay: bool,
+    ) -> None:
+        """Prepare the pads among `runners`.
+
+        `weights_stay` says whether forces on pads depend only on the poses and shapes of objects.
+        """
         self._pads = {r: _Pad(r) for r in runners if r.sensor.kind.requires_forces}
+        self._scene, self._weights_stay = scene, weights_stay
         self._probes = probes
         self._clock = clock
 
@@ -131,10 +143,8 @@ class Pads:
             The evaluated depsgraph of the last frame.
         """
         needed = set(steps[-2:].tolist())
-        syncs = self._probes.caster.solids.syncs
-        states = {s: (syncs, f) for s, f in zip(steps.tolist(), frames.tolist(), strict=True)}
         for runner, pad in self._pads.items():
-            pad.states |= states
+            pad.states |= zip(steps.tolist(), self._states(pad, frames), strict=True)
             pad.note_due(due[runner].tolist())
             needed.update(step + pad.size * i for step in pad.needed for i in (-1, 0, 1))
         for step, frame in zip(steps.tolist(), frames.tolist(), strict=True):
@@ -149,6 +159,15 @@ class Pads:
                 )
                 self._probes.known_forces = {}
             pad.forget()
+
+    def _states(self, pad: _Pad, frames: Index) -> list[State]:
+        """Return the state (n,) of what a pad can feel at stored frames, given by index (n,)."""
+        solids = self._probes.caster.solids
+        near = self._weights_stay and self._probes.states_near(pad.runner.uid, self._scene)
+        if not near:
+            return [(solids.syncs, frame) for frame in frames.tolist()]
+        listed = solids.listing, solids.edits, len(self._probes.caster.frames.rows)
+        return [(*listed, near[frame]) for frame in frames.tolist()]
 
     def _look(self, step: int, frame: int, depsgraph: Any) -> None:
         """Read how objects move at a step, and compute the needed forces at the frame before.

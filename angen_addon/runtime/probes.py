@@ -122,6 +122,13 @@ class Probes:
             metres = unit_scale(depsgraph.scene)
             self._contacts.look(depsgraph, frame, metres, self._pads, [pad.uid for pad in due])
 
+    def states_near(self, pad: Uid, scene: Any) -> list[bytes] | None:
+        """Return a state for each stored frame, or None if bounds cannot tell.
+
+        The forces on a pad are the same at frames with equal states, if weights do not change.
+        """
+        return self._contacts.states_near(pad, self.caster.frames, scene, unit_scale(scene))
+
     def show(self, frame: int) -> None:
         """Set the poses of all solids (objects that rays can hit) to those at a stored frame.
 

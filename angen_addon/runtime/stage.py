@@ -293,7 +293,7 @@ class Stage:
         )
         self._batches = batches and not changes
         self._moving = moving if self._batches else None
-        self._pads = Pads(self.runners, self._clock, self.probes)
+        self._pads = Pads(scene, self.runners, self._clock, self.probes, _weights_stay(scene))
         self._batch = FrameBatch()
 
     @property

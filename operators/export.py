@@ -30,7 +30,7 @@ class ANGEN_OT_export_events(ExportOptions, Operator, ChosenFile, ExportHelper):
         path = self.path
         _, recording, start = self.chosen(context)
         check_folder(path.parent, "Export")
-        write({path: self.shown(events_csv(recording, start))})
+        write({path: self.shown([events_csv(recording, start)])})
         return str(path)
 
 
@@ -59,7 +59,7 @@ class ANGEN_OT_export_samples(ExportOptions, Operator):
             raise AngenError("Choose a folder for the samples")
         folder = self._make_folder(Path(bpy.path.abspath(self.directory)))
         texts = {
-            folder / name: map(self.shown, samples_csv(recording.tracks[sensor], start))
+            folder / name: self.shown(samples_csv(recording.tracks[sensor], start))
             for sensor, name in file_names(recording.tracks).items()
         }
         write(texts, folder)

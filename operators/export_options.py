@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from datetime import datetime
 from typing import Any
 
@@ -37,7 +38,13 @@ class ExportOptions:
     )
     spreadsheet: BoolProperty(
         name="For Spreadsheets",
-        description="Add a leading ' to names that a spreadsheet would read as formulas (=A1)",
+        description="Mark the file as UTF-8, so that umlauts are right, and add a leading ' to "
+        "names that a spreadsheet would read as formulas (=A1)",
+    )
+    decimal_comma: BoolProperty(
+        name="Decimal Comma",
+        description="For a spreadsheet in German, Swedish and other languages that write 0,5: "
+        "semicolons separate the cells",
     )
     start: StringProperty(
         name="Start Time",
@@ -52,6 +59,8 @@ class ExportOptions:
         column.use_property_split, column.use_property_decorate = True, False
         for name in self.drawn:
             column.prop(self, name)
+        if "spreadsheet" in self.drawn and self.spreadsheet:
+            column.prop(self, "decimal_comma")
         draw_start(column, context.scene, self.needing())
 
     def needing(self) -> str:
@@ -88,9 +97,9 @@ class ExportOptions:
             recording = recording.only(names)
         return sensors, recording, self._start(context)
 
-    def shown(self, text: str) -> str:
-        """Return a CSV text, made safe to open in spreadsheets if the user chose that option."""
-        return for_spreadsheets(text) if self.spreadsheet else text
+    def shown(self, pieces: Iterable[str]) -> Iterable[str]:
+        """Return the pieces of a CSV file, for a spreadsheet if the user chose that option."""
+        return for_spreadsheets(pieces, self.decimal_comma) if self.spreadsheet else pieces
 
     def _start(self, context: Context) -> datetime | None:
         """Return the date and time of t = 0, or None if neither operator nor scene sets it.

@@ -12,6 +12,7 @@ from bpy_extras.io_utils import ExportHelper, ImportHelper
 
 from ..angen_addon.layout.apply import apply_layout
 from ..angen_addon.layout.describe import layout_text
+from ..angen_addon.layout.marks import marks_of
 from ..angen_addon.output.output_files import write
 from ..angen_addon.relative_path import RELATIVE_PATH, ChosenFile
 from ..angen_addon.scene.sensors import all_sensors
@@ -69,6 +70,11 @@ class ANGEN_OT_export_layout(Operator, ChosenFile, ExportHelper):
     selected_only: BoolProperty(
         name="Selected Sensors", description="Write only the selected sensors"
     )
+    marks: BoolProperty(
+        name="Marks",
+        description="Write what residents do at objects too, such as the doors that they open",
+        default=True,
+    )
 
     @classmethod
     def poll(cls, context: Context) -> bool:
@@ -83,7 +89,8 @@ class ANGEN_OT_export_layout(Operator, ChosenFile, ExportHelper):
             return cancelled(self, "No sensor is selected: select some, or export all")
         try:
             check_folder(path.parent, "Export")
-            write({path: layout_text(sensors)})
+            marks = marks_of(context.view_layer) if self.marks else None
+            write({path: layout_text(sensors, marks)})
         except AngenError as error:
             return cancelled(self, error)
         self.report({"INFO"}, f"{path.name}: {plural(len(sensors), 'sensor')}")

@@ -14,6 +14,7 @@ from ..angen_addon.scene.surfaces.echoes import BREATHING
 from ..sensor_logic.kind import OwnerProperties
 from ..sensor_logic.kinds import owner_properties
 from ..sensor_logic.parameters import specs
+from ..sensor_logic.use import IN_USE
 from .parameters import draw_parameters
 
 CONTEXTS = {"Object": "physics", "Material": "material"}
@@ -34,9 +35,12 @@ class _OwnerPanel:
     def poll(cls, context: Context) -> bool:
         if cls.owner_type == "Material":
             return context.material is not None
+        if context.object is None or cls.made is IN_USE:
+            # A lamp, or an empty that marks a place, can be in use too.
+            return context.object is not None
         # Of a body with an armature, the armature can have the breathing, but no substance.
         types = SURFACE_TYPES | ({"ARMATURE"} if cls.made.attribute == BREATHING else set())
-        return context.object is not None and context.object.type in types
+        return context.object.type in types
 
     def draw(self, context: Context) -> None:
         owner = context.material if self.owner_type == "Material" else context.object

@@ -58,6 +58,7 @@ def _row(action: argparse.Action) -> str:
         raise ValueError(f"the option {action.metavar or action.dest} has no help")
     value = action.metavar or ("" if action.nargs == 0 else action.dest.upper())
     names = ", ".join(action.option_strings)
+    value = f"[{value}]" if action.nargs == "?" and names else value
     shown = f"{names} {value}".strip()
     text = action.help.replace("%%", "%").replace("|", "\\|")
     return f"| `{shown}` | {text} |\n"

@@ -17,7 +17,7 @@ sys.path.insert(0, str(ROOT))
 
 from sensor_logic.kind import Kind  # noqa: E402
 from sensor_logic.kinds import KINDS  # noqa: E402
-from sensor_logic.layout.entries import OTHERS  # noqa: E402
+from sensor_logic.layout.entries import EMPTY_KEYS, MARKS, OTHERS  # noqa: E402
 from sensor_logic.parameters import READING, Spec, defaults, specs  # noqa: E402
 
 FILE = ROOT / "sensor_logic" / "layout" / "layout.schema.json"
@@ -83,10 +83,64 @@ SHAPES: dict[str, dict[str, Any]] = {
         "description": "Parameters of its kind, in SI units and radians",
         "type": "object",
     },
+    "empties": {
+        "description": "Empties that its parameters name, such as a magnet, by name: made where "
+        "there is none",
+        "type": "object",
+    },
+    "texts": {
+        "description": "Texts that its parameters name, such as a lens table, by name: their lines",
+        "type": "object",
+        "additionalProperties": {"type": "array", "items": {"type": "string"}},
+    },
     "library": {"description": "File that a linked sensor is of", "type": "string"},
     "simulated": OUTPUT_ONLY,
     "reading": OUTPUT_ONLY,
     "units": OUTPUT_ONLY,
+}
+SHAPES["empties"]["additionalProperties"] = {
+    "type": "object",
+    "properties": {key: SHAPES[key] for key in EMPTY_KEYS},
+    "additionalProperties": False,
+}
+NUMBER = {"type": "number"}
+LEAVES = ("DOOR", "DRAWER", "CURTAIN", "CUPBOARD")
+USES = ("NONE", "STAND", "SIT", "LIE", "USE", "LAMP", "TAP", "APPLIANCE", *LEAVES)
+# The properties of a mark. A test holds that Blender has the same.
+MARK: dict[str, dict[str, Any]] = {
+    "use": {"description": "What residents do there; NONE: nothing", "enum": list(USES)},
+    "room": {"description": "Room of the place; empty: guessed", "type": "string"},
+    "facing": {
+        "description": "Where residents look there, or where the head lies: angle about the "
+        "object's Z from its front (rad). A new mark guesses it",
+        **NUMBER,
+    },
+    "away": {
+        "description": "Distance from the front to the resident (m); 0: as near as possible",
+        **NUMBER,
+        "minimum": 0.0,
+    },
+    "motion": {
+        "description": "How the leaf moves",
+        "enum": ["AUTO", "LEFT", "RIGHT", "SLIDING"],
+    },
+    "other_side": {
+        "description": "Opens to the other side, or slides to the other end",
+        "type": "boolean",
+    },
+    "angle": {
+        "description": "Angle of the leaf from shut to open (rad)",
+        **NUMBER,
+        "minimum": 0.0,
+        "maximum": math.pi * (1 + 1e-6),
+    },
+    "slide": {
+        "description": "Distance from shut to open (m); 0: nearly the whole width, or depth",
+        **NUMBER,
+        "minimum": 0.0,
+    },
+    "entrance": {"description": "Residents come and leave by this door", "type": "boolean"},
+    "switch": {"description": "Object where the lamp is switched", **NO_OR_NAME},
 }
 
 
@@ -122,6 +176,15 @@ def schema() -> dict[str, Any]:
                         "description": "false: switches off all sensors that the layout does not "
                         "name; true: on",
                         "type": "boolean",
+                    },
+                    MARKS: {
+                        "description": "What residents do at objects, by the objects' names",
+                        "type": "object",
+                        "additionalProperties": {
+                            "type": "object",
+                            "properties": MARK,
+                            "additionalProperties": False,
+                        },
                     },
                 },
                 "required": ["sensors"],

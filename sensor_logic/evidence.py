@@ -1,20 +1,53 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Texts of evidence: the objects that decided a reading, each with its share.
+"""Evidence: why a sensor read what it did.
 
-A recording stores such a text for each reading; *Explain* reads it.
+A recording stores it for each update. The objects that decided a reading, each with its share, are
+stored as a text.
 """
 
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .arrays import Index
 from .model import Answers
+
+
+class Cause(NamedTuple):
+    """What caused the reading at an update.
+
+    Attributes
+    ----------
+    objects
+        The names of the objects that caused it, the most important first; empty if none did.
+    part
+        The part of the sensor that decided, such as "tilt 2, ray 17" or "gate 3"; empty if the
+        sensor has no parts, or none decided.
+    measure
+        The quantity that decided, with its unit as in the names of fields, such as "range_m".
+    before, after
+        This quantity at the update before and at this update; NaN if it is not known.
+    """
+
+    objects: tuple[str, ...] = ()
+    part: str = ""
+    measure: str = ""
+    before: float = math.nan
+    after: float = math.nan
+
+
+def measured_cause(track: Any, index: int, objects: Iterable[str], part: str = "") -> Cause:
+    """Return the cause of update `index` of a `Track`; its quantity is the main field."""
+    measure = track.reading_at(index).name
+    before = track.columns[measure][index - 1] if index else math.nan
+    after = track.columns[measure][index]
+    return Cause(tuple(objects), part, measure, float(before), float(after))
 
 
 def rows_text(rows: Iterable[Sequence[Any]]) -> str:
@@ -50,7 +83,7 @@ def names_hit(
     pairs = answers.rows * len(table) + answers.hits.rows
     found, where = np.unique(pairs, return_inverse=True)
     names = [
-        name_of(int(table[hits].met[ray[row]])) if hit[row] else ""
+        name_of(int(table[hits].solids[ray[row]])) if hit[row] else ""
         for row, hits in (divmod(pair, len(table)) for pair in found.tolist())
     ]
     return np.array(names, object)[where]

@@ -11,6 +11,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from .evidence import Cause
+
 # Declarations of kinds import `Field` from here, beside `Kind` and `Preset`.
 from .logs.fields import Field as Field
 from .logs.fields import LoggedKind, UsedWhen
@@ -20,8 +22,9 @@ from .parameters import READING, Parameters, Spec, defaults, is_chosen
 # Ranges of rays; temperature and emissivity at the hits; solids that crossed rays since the last
 # step; contact forces on the sensor; light at the sensor.
 RAYS, WARMTH, CROSSINGS, FORCES, LIGHT = "rays", "warmth", "crossings", "contact forces", "light"
-# Reflectance at the hits of rays; poses of the objects that pointer parameters name.
-REFLECTANCE, POSES = "reflectance", "poses of objects"
+# Reflectance at the hits of rays; poses of the objects that pointer parameters name; whether the
+# object that the sensor watches is in use.
+REFLECTANCE, POSES, USES = "reflectance", "poses of objects", "uses of objects"
 
 
 @dataclass(frozen=True)
@@ -100,6 +103,9 @@ class Kind:
     evidence
         The fields that tell why the sensor read what it did: a recording has them for explanations,
         and no file of other tools has.
+    cause
+        A function of a `Track` and the index of an update, which returns the `Cause` of the reading
+        there. None: the object in the field `object` of `evidence`, if the kind has that.
     model
         A function that makes the `Model` of one sensor.
     needs
@@ -153,6 +159,7 @@ class Kind:
     owner_properties: tuple[OwnerProperties, ...] = ()
     value_when_idle: bool = True
     evidence: tuple[Field, ...] = ()
+    cause: Callable[[Any, int], Cause] | None = None
 
     @property
     def logged(self) -> LoggedKind:

@@ -17,8 +17,10 @@ from ...sensor_logic.logs.formats.log import DEFAULT_START, Log, SensorFacts
 from ...sensor_logic.logs.formats.outputs import check_apart, check_out, output_files
 from ...sensor_logic.logs.formats.parquet import event_columns
 from ...sensor_logic.logs.formats.source import make_log
-from ...sensor_logic.recording.events import events, samples_of
+from ...sensor_logic.recording.events import events, samples_of, track_events
+from ...sensor_logic.recording.evidence import cause_of
 from ...sensor_logic.recording.tracks import Recording as Run
+from ...sensor_logic.recording.tracks import Track
 from ..output.faulty import Faults
 
 DTYPES: dict[type, Any] = {bool: bool, int: np.int64, float: np.float64, str: object}
@@ -33,6 +35,36 @@ class EventRow(NamedTuple):
     kind: str
     field: str
     value: str
+
+
+class Evidence(NamedTuple):
+    """An event, and what caused it by the sensor's model.
+
+    Attributes
+    ----------
+    time_s, frame
+        The time and the frame of the event.
+    field, value
+        The published field and its new value.
+    objects
+        The names of the objects that caused it, the most important first; empty if none did.
+    part
+        The ray, zone, pixel or gate that decided, such as "tilt 2, ray 17"; empty for none.
+    measure
+        The quantity that decided, such as "range_m".
+    before, after
+        This quantity at the update before the event, and at the event; NaN if it is not known.
+    """
+
+    time_s: float
+    frame: float
+    field: str
+    value: bool | int | float | str
+    objects: tuple[str, ...]
+    part: str
+    measure: str
+    before: float
+    after: float
 
 
 class Recording:
@@ -62,16 +94,39 @@ class Recording:
         The columns are `time_s`, `frame` and each field. A number that the sensor did not measure
         is NaN. Raise AngenError for a sensor that the run did not simulate.
         """
+        track = self._track(sensor)
+        found = {"time_s": np.array(track.times), "frame": np.array(track.frames)}
+        for field in track.kind.samples:
+            found[field.name] = np.array(track.columns[field.name], DTYPES[field.type])
+        return found
+
+    def evidence(self, sensor: str) -> list[Evidence]:
+        """Return what caused each event of a sensor, in the order of the log.
+
+        `angen explain` and the column `because` of days name the same objects. Raise AngenError for
+        a sensor that the run did not simulate.
+        """
+        track = self._track(sensor)
+        fields = {field.name: field for field in track.kind.events}
+        found = []
+        for event in sorted(track_events(track)):
+            index = track.at(event.frame)
+            assert index is not None
+            field = fields[event.field]
+            value = field.type(track.columns[field.name][index])
+            why = cause_of(track, index)
+            found.append(Evidence(event.time, event.frame, field.name, value, *why))
+        return found
+
+    def _track(self, sensor: str) -> Track:
+        """Return the track of a sensor; raise AngenError if the run did not simulate it."""
         track = self._run.tracks.get(sensor)
         if track is None:
             raise AngenError(
                 f"'{sensor}' is not in this recording; its sensors are "
                 f"{', '.join(self.sensors) or 'none'}"
             )
-        found = {"time_s": np.array(track.times), "frame": np.array(track.frames)}
-        for field in track.kind.samples:
-            found[field.name] = np.array(track.columns[field.name], DTYPES[field.type])
-        return found
+        return track
 
     def to_pandas(self) -> Any:
         """Return the events as a `pandas.DataFrame`, with the time in s as a float.

@@ -34,6 +34,9 @@ class Explanation:
         Why the explanation may be wrong; empty if it is certain.
     cause
         The details as numbers, in a class of the sensor's kind such as `PadCause`.
+    cause_name
+        The name of the object that caused the reading. It is empty if no object did, or if the
+        object is unknown, as for a movement that has ended.
     """
 
     sensor: str
@@ -44,14 +47,7 @@ class Explanation:
     facts: tuple[tuple[str, str], ...]
     doubt: str = ""
     cause: Any = None
-
-    @property
-    def cause_name(self) -> str:
-        """The name of the object that caused the reading.
-
-        It is empty if no object did, or if the object is unknown, as for a movement that has ended.
-        """
-        return self.cause.cause_name if self.cause is not None else ""
+    cause_name: str = ""
 
     def after(self, facts: Iterable[tuple[str, str]]) -> Explanation:
         """Return a copy of the explanation with `facts` inserted before its own facts."""

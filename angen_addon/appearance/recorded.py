@@ -7,9 +7,9 @@ from collections.abc import Iterable
 from typing import Any
 
 from ...sensor_logic.clock import Schedule
-from ...sensor_logic.logs.error import AngenError
 from ...sensor_logic.logs.wording import quoted
 from ...sensor_logic.parameters import is_chosen, label_of, specs, value_text
+from ...sensor_logic.recording.evidence import cause_of, check_evidence
 from ...sensor_logic.recording.tracks import Recording, Track
 from ..scene.lengths import lengths_of
 from ..scene.sensors import Sensor, decimal, unit_scale
@@ -50,9 +50,7 @@ class RecordedSensor:
 
         Raise `AngenError` if the recording does not tell why the sensor read what it did.
         """
-        if not self.track.has_evidence:
-            name = self.track.sensor
-            raise AngenError(f"The recording does not tell why '{name}' read this: simulate again")
+        check_evidence(self.track)
         return self.track.parameters_at(index)
 
     def evidence(self, name: str, index: int) -> Any:
@@ -100,11 +98,14 @@ class RecordedSensor:
     ) -> Explanation:
         """Return an explanation of update `index`, with the sensor's name, the frame and the time.
 
-        The other parameters are the attributes of `Explanation`.
+        `cause_name` is the first object of the evidence. The other parameters are the attributes of
+        `Explanation`.
         """
         frame, time = self.track.frames[index], self.track.times[index]
-        name = self.sensor.name
-        return Explanation(name, index, frame, time, headline, tuple(facts), doubt, cause)
+        name, facts = self.sensor.name, tuple(facts)
+        objects = cause_of(self.track, index).objects
+        cause_name = objects[0] if objects else ""
+        return Explanation(name, index, frame, time, headline, facts, doubt, cause, cause_name)
 
 
 def explain_plainly(recorded: RecordedSensor, index: int) -> Explanation:

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import io
 import sys
 from typing import Any
 
@@ -11,9 +10,9 @@ import bpy
 
 from ...sensor_logic.logs.error import AngenError
 from ..output.output_files import Outputs
-from ..process.console import FAILED, Interrupt, leave_hard, note
+from ..process.console import FAILED, Interrupt, leave_hard, note, prepare_output
 from ..process.parser import parse, verb_of
-from ..process.standalone import fill_closed_streams, standard_output_silenced
+from ..process.system import fill_closed_streams, standard_output_silenced
 
 INTERRUPTED = "interrupted; nothing was written"
 
@@ -24,9 +23,7 @@ def run_command(arguments: list[str], program: str = "blender FILE.blend --comma
     `arguments` begin with the name of the subcommand. `program` is the text before it in the help.
     """
     fill_closed_streams()
-    if isinstance(sys.stdout, io.TextIOWrapper):
-        # The log is UTF-8, whatever the terminal's encoding.
-        sys.stdout.reconfigure(encoding="utf-8")
+    prepare_output()
     try:
         options = parse(arguments, program)
     except SystemExit as stop:

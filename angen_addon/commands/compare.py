@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import io
 import json
 import sys
 
@@ -13,7 +12,7 @@ from ...sensor_logic.logs.files import write_files
 from ...sensor_logic.logs.formats.label_map import read_map
 from ...sensor_logic.logs.formats.outputs import check_apart
 from ...sensor_logic.report import comparison
-from ..process.console import DONE, FAILED, note
+from ..process.console import DONE, FAILED, note, prepare_output
 from ..process.parser import Parser, path, tells_errors
 
 
@@ -43,9 +42,7 @@ def main(arguments: list[str], program: str) -> int:
 def _write_output(text: str) -> int:
     if sys.stdout is None:
         return _fail("standard output is closed: redirect it to a file", FAILED)
-    if isinstance(sys.stdout, io.TextIOWrapper):
-        # Names are UTF-8, whatever the terminal's encoding.
-        sys.stdout.reconfigure(encoding="utf-8")
+    prepare_output()
     try:
         sys.stdout.write(text)
         sys.stdout.flush()

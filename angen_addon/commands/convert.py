@@ -6,7 +6,7 @@ from __future__ import annotations
 import argparse
 from dataclasses import replace
 from datetime import datetime
-from zoneinfo import ZoneInfo
+from zoneinfo import ZoneInfo, available_timezones
 
 from ...sensor_logic.logs.error import replaced
 from ...sensor_logic.logs.faults import undo
@@ -116,8 +116,11 @@ def _activities(
 
 
 def _zone(name: str) -> ZoneInfo:
-    unknown = f"time zone '{name}' is unknown: give one such as Europe/Stockholm, or install tzdata"
-    with replaced(unknown, ValueError, OSError, KeyError):
+    hint = "give one such as Europe/Stockholm"
+    if not available_timezones():
+        # As on Windows without the package.
+        hint = "this Python has no list of time zones: pip install tzdata"
+    with replaced(f"time zone '{name}' is unknown: {hint}", ValueError, OSError, KeyError):
         return ZoneInfo(name)
 
 

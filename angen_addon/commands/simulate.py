@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Iterable
 from typing import Any
 
 import bpy
@@ -54,21 +55,25 @@ def simulate(options: argparse.Namespace, outputs: Outputs) -> int:
     with Sending(address, simulated(selected), options) as sending:
         recording = run_home(options, selected, sending.take)
         is_whole = sending.finish()
-    for text in often_not_valid(not_valid(recording.tracks.values())):
-        note(text)
-    shown = for_spreadsheets if options.spreadsheet else str
+    for line in often_not_valid(not_valid(recording.tracks.values())):
+        note(line)
+
+    def shown(pieces: Iterable[str]) -> Iterable[str]:
+        comma = options.spreadsheet == "comma"
+        return for_spreadsheets(pieces, comma) if options.spreadsheet else pieces
+
     log, truth = faults.of(log_of_run(recording, bpy.context.scene, selected, options.start))
-    outputs.texts |= {name: shown(text) for name, text in truth.items()}
-    text = shown(rows_csv((change.event for change in log.changes), options.start))
+    outputs.texts |= {name: shown([text]) for name, text in truth.items()}
+    text = shown([rows_csv((change.event for change in log.changes), options.start)])
     if options.events:
         outputs.texts[options.events] = text
     else:
-        outputs.printed = text
+        outputs.printed = "".join(text)
     if options.samples is not None:
         outputs.folders.append(options.samples)
         for sensor, name in file_names(recording.tracks).items():
             rows = samples_csv(recording.tracks[sensor], options.start)
-            outputs.texts[options.samples / name] = map(shown, rows)
+            outputs.texts[options.samples / name] = shown(rows)
     for text in exports.add_to(outputs, log):
         note(text)
     if options.report:
@@ -144,8 +149,12 @@ def _add_verb(verbs: Any, every: argparse.ArgumentParser) -> None:
     )
     verb.add_argument(
         "--spreadsheet",
-        action="store_true",
-        help="CSV for a spreadsheet: names that look like formulas get a leading '",
+        nargs="?",
+        const="point",
+        choices=("point", "comma"),
+        metavar="comma",
+        help="CSV to open in a spreadsheet: with a byte order mark, and a leading ' where a name "
+        "looks like a formula; `comma`: with semicolons and decimal commas, as in German",
     )
     verb.add_argument(
         "--format",

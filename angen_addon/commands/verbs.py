@@ -17,6 +17,7 @@ from .. import doctor
 from ..explain.explain import ExplainedTime
 from ..layout.apply import apply_layout
 from ..layout.describe import describe, layout_text
+from ..layout.marks import marks_of
 from ..output.output_files import Outputs, check_outputs
 from ..process.console import DONE, FAILED, note
 from ..process.parser import Verb, add_choice, choice_of, path, run_options, tolerance
@@ -30,12 +31,18 @@ SHOWN_DIFFERENCES = 50
 def _add_list(verbs: Any, every: argparse.ArgumentParser) -> None:
     verb = verbs.add_parser("list", parents=[every], help="list the sensors and their parameters")
     verb.add_argument("--json", action="store_true", help="print JSON, for programs")
+    verb.add_argument(
+        "--marks",
+        action="store_true",
+        help="with --json: print the marks of objects too, for residents",
+    )
 
 
 def _list(options: argparse.Namespace, outputs: Outputs) -> int:
     sensors = sensors_of(options)
     if options.json:
-        outputs.printed = layout_text(sensors)
+        marks = marks_of(bpy.context.view_layer) if options.marks else None
+        outputs.printed = layout_text(sensors, marks)
         return DONE
     width = max(len(sensor.name) for sensor in sensors)
     for sensor in sensors:

@@ -109,7 +109,7 @@ class Views:
         home, metres = self._home, self._home.metres
         rows = np.flatnonzero(~home.caster.solids.passed_by(uid))
         rays = origins / metres, directions, reach / metres
-        ranges = home.caster.first_met(home.depsgraph, rows, *rays)[0]
+        ranges = home.caster.first_hits(rows, *rays)[0]
         return np.minimum(ranges * metres, reach)
 
     def _see(
@@ -122,11 +122,9 @@ class Views:
         reach: Array,
         *details: Any,
     ) -> Any:
-        home, metres = self._home, self._home.metres
+        metres = self._home.metres
         rays = origins / metres, directions, reach / metres
-        return self._surfaces[name].see(home.depsgraph, uid, BUNDLE - bundle, rays, None, *details)[
-            0
-        ]
+        return self._surfaces[name].see(uid, BUNDLE - bundle, rays, None, *details)[0]
 
 
 SMALLEST_CELL, LARGEST_CELL = 0.05, 2.0

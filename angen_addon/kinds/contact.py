@@ -88,11 +88,6 @@ class ContactCause:
     closes: float
     opens: float
 
-    @property
-    def cause_name(self) -> str:
-        """The name of the magnet."""
-        return self.magnet
-
 
 def explain_contact(recorded: RecordedSensor, index: int) -> Explanation:
     """Explain update `index` of a door contact by the distance of its magnet."""

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from bpy.types import Context
 
-from ...sensor_logic.evidence import rows_of
+from ...sensor_logic.kinds.light import given, most_changed, shares_at
 from ...sensor_logic.logs.fields import Field
 from ...sensor_logic.logs.wording import capital, listed, named, percent, quoted
 from ...sensor_logic.model import LightShare, Pose
@@ -28,7 +28,7 @@ from ..appearance.panel_parts import draw_lines
 from ..appearance.reading_text import ReadingText
 from ..appearance.recorded import RecordedSensor
 from ..runtime.sensor_runner import light_request
-from ..runtime.trace import RaysMet, SensorRays, Trace
+from ..runtime.trace import CastRays, SensorRays, Trace
 from ..scene.light.views import view_rays
 from ..scene.sensors import Sensor
 
@@ -36,8 +36,6 @@ from ..scene.sensors import Sensor
 SHOWN = 6
 # Lamps that give a smaller fraction of all light get no line.
 LITTLE = 1e-3
-# A lamp counts as changed if its light changed by more than this fraction of all light.
-NOTABLE = 0.01
 
 
 @dataclass(frozen=True)
@@ -46,27 +44,24 @@ class LightCause:
 
     Attributes
     ----------
-    now, before
-        The light of each lamp at this update and at the previous one. Both are empty if the render
-        engine cannot separate lamps. `before` is also empty at the first update.
+    now
+        The light of each lamp at this update. It is empty if the render engine cannot separate
+        lamps.
+    changed
+        The light of the source that changed most, at the update before and at this one; None if no
+        light changed notably.
     field
         The field of the reading, such as the illuminance.
     """
 
     now: tuple[LightShare, ...]
-    before: tuple[LightShare, ...]
+    changed: tuple[LightShare, LightShare] | None
     field: Field
-
-    @property
-    def cause_name(self) -> str:
-        """The name of the lamp whose light changed most; empty if no light changed notably."""
-        changed = _most_changed(self)
-        return changed[1].names[0] if changed is not None and changed[1].names else ""
 
     @property
     def given(self) -> float:
         """The total light of all lamps except negative lamps, which take light away."""
-        return max(sum(max(share.light, 0.0) for share in self.now), 1e-9)
+        return max(given(self.now), 1e-9)
 
 
 def lacking(recorded: RecordedSensor, index: int, found: Explanation) -> Explanation:
@@ -86,8 +81,7 @@ def explain_light(recorded: RecordedSensor, index: int) -> Explanation:
     """Explain update `index` of a light sensor by the light of each lamp."""
     track, kind, parameters = recorded.track, recorded.sensor.kind, recorded.parameters_at(index)
     field = kind.reading(parameters)
-    before = _shares(recorded, index - 1) if index > 0 else ()
-    cause = LightCause(_shares(recorded, index), before, field)
+    cause = LightCause(shares_at(track, index), most_changed(track, index), field)
     engines = specs(kind.parameters)["engine"].choices
     engine = next(c.label for c in engines if c.identifier == parameters.engine)
     facts = [("Reading", f"{field.text(track.value[index])} ({engine})")]
@@ -100,14 +94,6 @@ def explain_light(recorded: RecordedSensor, index: int) -> Explanation:
         facts.append(("Note", note))
     headline = f"{recorded.word(index)}: {_headline(cause)}"
     return recorded.explanation(index, headline, tuple(facts), "", cause)
-
-
-def _shares(recorded: RecordedSensor, index: int) -> tuple[LightShare, ...]:
-    """Return the light at an update, source by source; empty if they cannot be told apart."""
-    return tuple(
-        LightShare(tuple(names), source, light)
-        for names, source, light in rows_of(recorded.evidence("shares", index))
-    )
 
 
 def _share_facts(cause: LightCause) -> Facts:
@@ -136,7 +122,7 @@ def _part(text: str, share: float) -> str:
 def _headline(cause: LightCause) -> str:
     if not cause.now:
         return "EEVEE cannot tell lamps apart: set Engine to Cycles"
-    changed, text = _most_changed(cause), cause.field.text
+    changed, text = cause.changed, cause.field.text
     if changed is not None:
         then, now = changed
         return f"{_quoted(now)} changed from {text(then.light)} to {text(now.light)}"
@@ -147,23 +133,6 @@ def _headline(cause: LightCause) -> str:
     if most.light <= 0.0:
         return "no light reaches it"
     return f"{_quoted(most)} gives {percent(most.light / cause.given)} of the light"
-
-
-def _most_changed(cause: LightCause) -> tuple[LightShare, LightShare] | None:
-    """Return the source whose light changed most: its light at the previous update and at this one.
-
-    Return None if no light changed notably.
-    """
-    if not cause.before or not cause.now:
-        return None
-    then, now = ({(s.names, s.source): s for s in found} for found in (cause.before, cause.now))
-    pairs = [
-        (then.get(key, LightShare(*key, 0.0)), now.get(key, LightShare(*key, 0.0)))
-        for key in dict.fromkeys([*now, *then])
-    ]
-    best = max(pairs, key=lambda pair: abs(pair[1].light - pair[0].light))
-    whole = max(cause.given, sum(max(s.light, 0.0) for s in cause.before))
-    return best if abs(best[1].light - best[0].light) > NOTABLE * whole else None
 
 
 def _label(share: LightShare) -> str:
@@ -202,14 +171,14 @@ def figure(seen: Any, metres: float) -> Figure:
     return _lobe(seen.pose, metres)
 
 
-def view_figure(seen: Any, number: int, met: RaysMet, metres: float) -> Figure:
+def view_figure(seen: Any, number: int, cast: CastRays, metres: float) -> Figure:
     """Draw the axis of a view, and the rectangle of its picture at the far end.
 
-    `seen` is the `DrawnSensor`, and `number` the number of the view. `met` has its rays: first the
+    `seen` is the `DrawnSensor`, and `number` the number of the view. `cast` has its rays: first the
     axis, then the four corners. `metres` is the length of a Blender unit in m.
     """
     drawn = Figure()
-    (start,), (end,), _ = ends_of(met, metres)
+    (start,), (end,), _ = ends_of(cast, metres)
     drawn.add("dark", dashes(seen.pose.origin / metres, start[0]))
     drawn.add("axis", (start[0], end[0]))
     corners, feet = end[1:], start[1:]

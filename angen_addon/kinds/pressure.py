@@ -166,14 +166,6 @@ class PadCause:
     problem: str
     before: tuple[str, ...]
 
-    @property
-    def cause_name(self) -> str:
-        """The name of the object that presses most on the pad.
-
-        If nothing presses, it is the name of an object that pressed at the update before, or empty.
-        """
-        return next(iter([name for name, _ in self.partners] or self.before), "")
-
 
 def lacking(recorded: RecordedSensor, index: int, found: Explanation) -> Explanation:
     """Add a fact to an explanation: how much force is missing until the pad counts as pressed.

@@ -14,18 +14,21 @@ from mathutils import Euler, Matrix, Quaternion, Vector
 from ...sensor_logic.kinds import NO_KIND
 from ...sensor_logic.layout.entries import Layout, LayoutEntry, read_layout
 from ...sensor_logic.logs.error import explained
-from ...sensor_logic.logs.wording import named
-from ...sensor_logic.parameters import former_text
+from ...sensor_logic.logs.wording import named, plural
+from ...sensor_logic.parameters import former_text, specs
 from ..appearance.housing import Housing, housing_mesh
 from ..authoring.of_kind import housing_of
 from ..runtime.time_base import evaluated_depsgraph
 from ..scene.instances import chain, is_sensor
 from ..scene.sensors import Sensor, unit_scale
+from .describe import named_blocks
+from .marks import mark_changes, remove_mark, unlisted
 from .measured import face_bounds
-from .plan import Planner, SensorChange
+from .plan import COLLECTIONS, Planner, SensorChange
 
 EMPTY_SIZE_M = 0.1
-PLACE = ("location", "rotation", "look", "relative_to")
+# The keys that `_check_done` does not compare, because it compares the place and each empty itself.
+CHECKED_ELSE = ("location", "rotation", "look", "relative_to", "empties", "texts")
 CHANNELS = ("location", "rotation_euler", "rotation_quaternion", "rotation_axis_angle", "scale")
 # Relative tolerance of the bounds by which a housing is recognised.
 SAME_SIZE = 1e-3
@@ -40,6 +43,10 @@ class Applied(NamedTuple):
         Names of sensors.
     cleared
         The names of removed sensors whose objects stay, such as furniture.
+    marked
+        The names of objects whose marks were set or changed.
+    unmarked
+        The names of objects whose marks were removed.
     replaced
         A sentence that lists values of older versions and the present values that replace them;
         empty without any.
@@ -50,6 +57,8 @@ class Applied(NamedTuple):
     unchanged: list[str]
     removed: list[str]
     cleared: list[str]
+    marked: list[str]
+    unmarked: list[str]
     replaced: str = ""
 
     @property
@@ -58,6 +67,10 @@ class Applied(NamedTuple):
         parts = [f"{len(self.added)} added", f"{len(self.changed)} changed"]
         parts += [f"{len(self.removed)} removed"] if self.removed else []
         found = ", ".join([*parts, f"{len(self.unchanged)} as they were"])
+        if self.marked:
+            found += f"; {plural(len(self.marked), 'object')} marked"
+        if self.unmarked:
+            found += f"; no longer marked: {named(self.unmarked)}"
         if self.cleared:
             found += f"; no longer sensors: {named(self.cleared)}"
         return f"{found}; {self.replaced}" if self.replaced else found
@@ -66,16 +79,19 @@ class Applied(NamedTuple):
 def apply_layout(path: Path, remove: bool = False) -> Applied:
     """Add and change sensors in the current scene to match a layout file.
 
-    If `remove` is True, delete the sensors that are not in the layout. If the layout is wrong,
+    If `remove` is True, delete the sensors that are not in the layout, and the empties and texts
+    that nothing else uses; remove the marks that it lacks if it has marks. If the layout is wrong,
     raise `InputError` and change nothing.
     """
     layout = read_layout(path)
     view_layer = bpy.context.view_layer
     view_layer.update()
     # No change is needed to sensors that are removed.
-    kept = Layout(layout.sensors) if remove else layout
+    kept = Layout(layout.sensors, marks=layout.marks) if remove else layout
     planner = Planner(kept, view_layer, evaluated_depsgraph())
     plans = planner.changes()
+    marks = mark_changes(layout.marks or [], view_layer, planner.described["Object"])
+    others = unlisted(layout.marks, view_layer) if remove and layout.marks is not None else []
     left_out = planner.to_delete() if remove else []
     unchanged = [plan.entry.name for plan in plans if not plan.changes]
     added = [plan.entry.name for plan in plans if plan.sensor is None]
@@ -86,12 +102,19 @@ def apply_layout(path: Path, remove: bool = False) -> Applied:
         rollback.callback(view_layer.update)
         _make_changes(plans, rollback)
         _check_done(doing)
+        for mark in marks:
+            mark.make(rollback)
         rollback.pop_all()
+    unmarked = [remove_mark(obj) for obj in others]
     removed = [sensor.name for sensor in left_out]
+    belongings = {block for sensor in left_out for block in named_blocks(sensor)}
     cleared = [sensor.name for sensor in left_out if not _delete(sensor)]
+    _delete_unused(belongings)
     view_layer.update()
     former = [choice for plan in plans for choice in plan.entry.former_choices(plan.kind)]
-    return Applied(added, changed, unchanged, removed, cleared, former_text(former))
+    marked = [mark.name for mark in marks]
+    replaced = former_text(former)
+    return Applied(added, changed, unchanged, removed, cleared, marked, unmarked, replaced)
 
 
 class _Rollback(ExitStack):
@@ -109,7 +132,17 @@ class _Rollback(ExitStack):
         setattr(owner, name, value)
 
 
-def _make_changes(plans: list[SensorChange], rollback: _Rollback) -> None:
+def _with_empties(sensors: list[SensorChange]) -> list[SensorChange]:
+    """Return the changes of sensors and of their empties, each once."""
+    found = {id(plan): plan for sensor in sensors for plan in (*sensor.empties, sensor)}
+    return list(found.values())
+
+
+def _make_changes(sensors: list[SensorChange], rollback: _Rollback) -> None:
+    for sensor in sensors:
+        for name, content in sensor.texts.items():
+            _write_text(name, content, rollback)
+    plans = _with_empties(sensors)
     objects = {id(plan): _object_of(plan, rollback) for plan in plans}
     for plan in plans:
         obj = objects[id(plan)]
@@ -193,11 +226,25 @@ def _set(plan: SensorChange, obj: Any, rollback: _Rollback) -> None:
     for name, value in plan.settings.items():
         rollback.set(settings, name, value)
     group = getattr(settings, plan.kind.attribute)
+    known = specs(plan.kind.parameters)
     for name, value in plan.parameters.items():
-        rollback.set(group, name, value)
+        pointer = known[name].pointer
+        found = getattr(bpy.data, COLLECTIONS[pointer])[value] if pointer and value else value
+        rollback.set(group, name, found)
     preset = plan.entry.values.get("preset", settings.preset)
     if preset != settings.preset:
         rollback.set(settings, "preset", preset)
+
+
+def _write_text(name: str, content: str, rollback: _Rollback) -> None:
+    """Write a text of the file, and add it if there is none of this name."""
+    text = bpy.data.texts.get(name)
+    if text is None:
+        text = bpy.data.texts.new(name)
+        rollback.callback(bpy.data.texts.remove, text)
+    else:
+        rollback.callback(text.from_string, text.as_string())
+    text.from_string(content)
 
 
 def _move_to_collection(obj: Any, name: str | None, rollback: _Rollback) -> None:
@@ -270,17 +317,19 @@ def _check_done(plans: list[SensorChange]) -> None:
     view_layer = bpy.context.view_layer
     view_layer.update()
     again = Planner(Layout([]), view_layer, evaluated_depsgraph())
-    for plan in plans:
-        values = {key: value for key, value in plan.entry.values.items() if key not in PLACE}
+    empties = {id(empty) for plan in plans for empty in plan.empties}
+    for plan in _with_empties(plans):
+        values = {key: value for key, value in plan.entry.values.items() if key not in CHECKED_ELSE}
         entry = LayoutEntry(plan.entry.file, values, plan.entry.lines)
-        sensor = again.sensor(entry)
+        is_empty = id(plan) in empties
+        sensor = again.empty(entry, plan.kind).sensor if is_empty else again.sensor(entry)
         if sensor is None:
             raise plan.entry.error(
                 "its collection is not in the view layer: tick the collection in the Outliner, or "
                 "give another one",
                 "collection",
             )
-        left = again.change(entry)
+        left = again.empty(entry, plan.kind) if is_empty else again.change(entry)
         what = [*left.settings, *left.parameters, *left.moves]
         what += ["place"] if plan.displaced and not again.has_new_pose(plan, sensor) else []
         if what:
@@ -309,6 +358,25 @@ def _delete(sensor: Sensor) -> bool:
     for part in [*below, obj]:
         bpy.data.objects.remove(part)
     return True
+
+
+# Data-blocks that use an object or a text only to contain or to show it.
+SHOW = ("Collection", "Scene", "Screen", "WindowManager", "WorkSpace")
+
+
+def _delete_unused(blocks: set[Any]) -> None:
+    """Delete the empties and texts among `blocks` that nothing uses any more."""
+    users = bpy.data.user_map(subset=blocks) if blocks else {}
+    for block in blocks:
+        used = any(type(user).__name__ not in SHOW for user in users[block])
+        if isinstance(block, bpy.types.Text):
+            unused = bpy.data.texts
+        elif block.angen_place.use != "NONE":
+            continue
+        else:
+            unused = bpy.data.objects
+        if not used:
+            unused.remove(block)
 
 
 def _is_only_sensor(sensor: Sensor) -> bool:

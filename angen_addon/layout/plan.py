@@ -30,7 +30,7 @@ from ..scene.sensors import (
     pointed_at,
     unit_scale,
 )
-from .describe import describe
+from .describe import describe, is_belonging, place_of
 
 # Tolerances of a pose. The place: relative to its distance from the origin, or to 1 m if nearer,
 # for single precision. The axes: in radians.
@@ -57,6 +57,10 @@ class SensorChange:
         The axes as XYZ Euler angles.
     displaced
         Whether the new pose differs from the present one.
+    empties
+        The changes of the empties that the sensor refers to. Each is a change without settings.
+    texts
+        The new contents of the texts that the sensor refers to, by name.
     """
 
     entry: LayoutEntry
@@ -69,12 +73,20 @@ class SensorChange:
     axes: Array | None = None
     angles: Sequence[float] = ()
     displaced: bool = False
+    empties: list[SensorChange] = field(default_factory=list)
+    texts: dict[str, str] = field(default_factory=dict)
 
     @property
     def changes(self) -> bool:
         """Whether there is anything to change."""
         return bool(
-            self.sensor is None or self.settings or self.parameters or self.moves or self.displaced
+            self.sensor is None
+            or self.settings
+            or self.parameters
+            or self.moves
+            or self.displaced
+            or self.texts
+            or any(empty.changes for empty in self.empties)
         )
 
 
@@ -86,6 +98,12 @@ class Planner:
         self._view_layer = view_layer
         self._depsgraph = depsgraph
         self._sensors = all_sensors(view_layer)
+        # The objects and texts that the layout describes, as values of parameters.
+        self.described: dict[str, dict[str, str]] = {"Object": {}, "Text": {}}
+        for entry in self._entries:
+            self.described["Object"] |= {empty.name: empty.name for empty in entry.empties}
+            self.described["Text"] |= entry.texts
+        self._empties: dict[str, SensorChange] = {}
 
     def changes(self) -> list[SensorChange]:
         """Return the change of each sensor in the layout.
@@ -94,7 +112,7 @@ class Planner:
         last. Raise `InputError` if the layout is wrong.
         """
         found = [self.change(entry) for entry in self._entries]
-        self._check_parents(found)
+        self._check_parents([*found, *self._empties.values()])
         if self._others is not None:
             for sensor in self.left_out():
                 names = {"name": sensor.name, "library": sensor.library}
@@ -173,6 +191,30 @@ class Planner:
                 "sensor another name, or leave location and rotation out to make that object a "
                 "sensor"
             )
+        for empty in entry.empties:
+            if empty.name not in self._empties:
+                self._empties[empty.name] = self.empty(empty, kind)
+            change.empties.append(self._empties[empty.name])
+        change.texts = {name: text for name, text in entry.texts.items() if _is_new(entry, name)}
+        return change
+
+    def empty(self, entry: LayoutEntry, kind: Kind) -> SensorChange:
+        """Return the change of an empty that a sensor of this kind refers to, such as a magnet.
+
+        Raise `InputError` if the entry is wrong.
+        """
+        obj = self._same_name(entry)
+        if obj is not None and not is_belonging(obj):
+            raise entry.error(
+                "an object of this name exists and is not an empty: give the empty another name, "
+                "or leave it out of empties"
+            )
+        if obj is None and "location" not in entry.values:
+            raise entry.error("there is no empty of this name yet, and a new one needs a location")
+        change = SensorChange(entry, kind, None if obj is None else Sensor(entry.name, kind, obj))
+        self._plan_place(change, place_of(change.sensor) if change.sensor else {})
+        if change.sensor is not None and change.changes:
+            _check_editable(change)
         return change
 
     def _same_name(self, entry: LayoutEntry) -> Any:
@@ -349,10 +391,7 @@ class Planner:
             self._check_parameters(change, listed)
 
     def _check_parameters(self, change: SensorChange, listed: dict[str, Any]) -> None:
-        """Replace the names of objects in the new parameters by the objects.
-
-        Raise `InputError` if an object is missing, or if the panel would report a problem.
-        """
+        """Raise `InputError` if an object is missing, or if the panel would report a problem."""
         entry, kind = change.entry, change.kind
         merged = listed["parameters"] | change.parameters
         for name, spec in specs(kind.parameters).items():
@@ -362,18 +401,33 @@ class Planner:
                 merged[name] = math.nan if merged[name] is None else merged[name]
             elif merged[name] is not None:
                 among = getattr(bpy.data, COLLECTIONS[spec.pointer])
+                described = self.described.get(spec.pointer, {})
                 found = among.get(merged[name])
+                if merged[name] in described:
+                    merged[name] = described[merged[name]]
+                    continue
                 if found is None:
                     what = spec.pointer.lower()
-                    known = hint(merged[name], among.keys())
+                    known = hint(merged[name], [*among.keys(), *described])
                     text = f"{name}: no {what} is called '{merged[name]}'; {known}"
                     raise entry.error(text, "parameters", name)
                 merged[name] = pointed_at(found, spec.pointer)
-                if name in change.parameters:
-                    change.parameters[name] = found
         problems = kind.parameters(**merged).problems()
         if problems:
             raise entry.error(problems[0], "parameters", problems[0].split(" ")[0])
+
+
+def _is_new(entry: LayoutEntry, name: str) -> bool:
+    """Return whether a text of an entry differs from the text of this name in the file.
+
+    Raise `InputError` if that text is linked.
+    """
+    text = bpy.data.texts.get(name)
+    if text is None or text.as_string().splitlines() == entry.texts[name].splitlines():
+        return text is None
+    if text.library:
+        raise entry.error(f"the text '{name}' is linked from a library: rename it", "texts", name)
+    return True
 
 
 def _check_editable(change: SensorChange) -> None:

@@ -19,7 +19,7 @@ from typing import Any, BinaryIO
 import bpy
 
 from ...sensor_logic.logs.error import AngenError, InputError, explained
-from ...sensor_logic.logs.files import Content, WholeFiles, check_folder
+from ...sensor_logic.logs.files import Content, WholeFiles, check_folder, check_target
 from ...sensor_logic.logs.formats import FORMATS, Log
 from ...sensor_logic.logs.formats.log import DEFAULT_START
 from ...sensor_logic.logs.formats.outputs import check_out, output_files
@@ -58,6 +58,8 @@ def check_outputs(
     known = _inputs()
     for flag, path in outputs:
         _check_apart(path, flag, known)
+        with explained(f"{flag}: {path}", OSError):
+            check_target(path, flag)
         known[_key(path)] = flag
 
 
@@ -193,6 +195,7 @@ class Outputs(WholeFiles):
                 self._new_folders.append(folder)
         for path, content in self.texts.items():
             self.add(path, content)
+        self.check_targets()
         if self.printed and sys.stdout is not None:
             sys.stdout.write(self.printed)
             sys.stdout.flush()

@@ -8,6 +8,7 @@ by a call of `leave_hard`, or by Ctrl-C and other signals.
 from __future__ import annotations
 
 import contextlib
+import io
 import os
 import shutil
 import signal
@@ -39,6 +40,13 @@ def write_message(text: str, stream: TextIO | None = None) -> None:
         with contextlib.suppress(OSError, ValueError):
             stream.write(text)
             stream.flush()
+
+
+def prepare_output() -> None:
+    """Let standard output have UTF-8 and the line ends of the text, whatever the system's are."""
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        # Windows would write the CR LF of a log as CR CR LF.
+        sys.stdout.reconfigure(encoding="utf-8", newline="")
 
 
 class ProgressText:

@@ -13,9 +13,11 @@ from typing import Any
 
 import bpy
 
+from ...sensor_logic.kind import USES
 from ..scene.animation import all_animated, may_set
 from ..scene.marks import LIGHT_MARK
 from ..scene.rays.geometry import SURFACE_TYPES
+from ..scene.uses import watched_object
 from .sensor_runner import SensorRunner
 from .stillness import Stillness
 
@@ -71,7 +73,7 @@ def moving_scene(
     runners
         The runners of the sensors in the run.
     stored
-        The quantities that can be queried later, since the run stores each frame.
+        The quantities that can be queried later, since the run captures each frame.
     still
         The times at which the scene can change.
     first
@@ -88,7 +90,9 @@ def moving_scene(
     ]
     if len(view_layer.objects) - len(shown) < LEAST_OBJECTS or any(map(_depends_on_scene, shown)):
         return None
-    return MovingScene(scene, [obj for obj in shown if obj.type in SURFACE_TYPES])
+    watched = {watched_object(r.sensor) for r in keeping if r.sensor.kind.requires(USES)}
+    kept = [obj for obj in shown if obj.type in SURFACE_TYPES or obj in watched]
+    return MovingScene(scene, kept)
 
 
 def _can_move_alone(scene: Any, keeping: Sequence[SensorRunner]) -> bool:
@@ -99,7 +103,7 @@ def _can_move_alone(scene: Any, keeping: Sequence[SensorRunner]) -> bool:
     """
     if scene.rigidbody_world or scene.render.use_simplify or scene.animation_data:
         return False
-    if not all(runner.steady for runner in keeping):
+    if not all(runner.reader.steady for runner in keeping):
         return False
     if any(len(owner.animation_data.drivers) for owner in all_animated()):
         return False

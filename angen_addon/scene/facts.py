@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Iterable
+from collections.abc import Container, Iterable
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
@@ -112,16 +112,23 @@ def _properties_of_other_kinds(struct: Any) -> frozenset[str]:
     return PARAMETERS - {kind.attribute} if kind else PARAMETERS
 
 
-def default_owner_properties(struct: Any) -> frozenset[str]:
+def default_owner_properties(
+    struct: Any, animated: Container[tuple[int, str]] = frozenset()
+) -> frozenset[str]:
     """Return the names of the groups of `Kind.owner_properties` that have all default values.
 
-    They are left out, so that a new kind of sensor changes no facts of earlier files.
+    They are left out, so that a new kind of sensor changes no facts of earlier files. `animated`
+    has the address of the struct and the name of each property that animation sets: such a value is
+    no default, at whatever frame.
     """
     found = []
     for made in owner_properties(type(struct).__name__):
         group = getattr(struct, made.attribute)
-        known = group.bl_rna.properties
-        if all(getattr(group, name) == known[name].default for name in specs(made.parameters)):
+        known, pointer = group.bl_rna.properties, group.as_pointer()
+        if all(
+            getattr(group, name) == known[name].default and (pointer, name) not in animated
+            for name in specs(made.parameters)
+        ):
             found.append(made.attribute)
     return frozenset(found)
 
@@ -161,7 +168,8 @@ class _Walk:
             return [struct.identifier if is_socket else getattr(struct, "name", "")]
         self._seen.add(key)
         found: Facts = []
-        left_out = without | _properties_of_other_kinds(struct) | default_owner_properties(struct)
+        left_out = without | _properties_of_other_kinds(struct)
+        left_out |= default_owner_properties(struct, self._set_by_animation)
         for name, kind in _reading_plan_of(struct, self._present):
             if name in left_out:
                 continue

@@ -293,8 +293,11 @@ class Actor:
             self.walk(resample(np.array([self.position, place.at[:2]])), None)
 
     def turn_over(self, side: int) -> None:
-        """Turn over in bed: to the back (0), the left (1) or the right side (−1)."""
-        if self.seated is None:
+        """Turn over in bed: to the back (0), the left (1) or the right side (−1).
+
+        Do nothing if the person does not lie.
+        """
+        if self.seated is None or self.posture != LYING:
             return
         place, before = self.seated.place, self.body.pose
         after = lying(self.seated.pose, place.target, place.yaw, side)

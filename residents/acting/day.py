@@ -9,7 +9,7 @@ start. Steps before that only set lamps, doors and carried objects.
 from __future__ import annotations
 
 import heapq
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TypeVar
 
@@ -17,14 +17,14 @@ from ...sensor_logic.logs.error import InputError
 from ...sensor_logic.logs.toml_table import suggestion
 from ...sensor_logic.progress import Doing, Work, finished
 from ..body.skeleton import Build
-from ..routine.routine import DAY, Routine, Segment
+from ..routine.routine import DAY, NEW_DAY, Routine, Segment
 from ..routine.timetable import OTHER, Draws, Stream
-from .activity_steps import ActivitySteps, check_can_do, read_activities
+from .activity_steps import ActivitySteps, DrawnSteps, check_can_do, read_activities
 from .floor_map import FloorMap
 from .home_in_use import HomeInUse
-from .performer import Performer
+from .performer import Performer, PlannedActivity
 from .places import Places
-from .timeline import AWAY, STANDING, Acted, ActedActivity, Stay, Wait
+from .timeline import AWAY, LYING, SITTING, STANDING, Acted, ActedActivity, Stay, Use, Wait
 
 # How long the activity at the end of the day is acted past midnight, s.
 AFTER = 60.0
@@ -91,14 +91,14 @@ def acting(
     _check_segments(segments, activities, residents, places)
     users = _users_of_places(segments, routine, activities, residents)
     home = HomeInUse(places, floor_map or FloorMap(places), users=users)
-    plans = {person: _segments_of_day(segments, person, day, draws) for person in residents}
-    _restore_home(home, segments, activities, plans, day)
+    plans = {person: _plan_of_day(segments, person, activities, day, draws) for person in residents}
+    _restore_home(home, segments, activities, residents, draws, day)
     initial = home.state()
     people: list[Performer] = []
     for person, build in residents.items():
-        begun = min((s.start for s, _ in plans[person]), default=0.0)
+        begun = min((planned.segment.start for planned in plans[person]), default=0.0)
         performer = Performer(person, build, home, begun, activities)
-        _put_at_start(performer, segments, day)
+        _put_at_start(performer, segments, draws, day)
         home.traffic.people.append(performer.actor)
         people.append(performer)
     first = min((performer.actor.now for performer in people), default=0.0)
@@ -155,19 +155,45 @@ def _users_of_places(
     return found
 
 
-def _segments_of_day(
-    segments: Sequence[Segment], person: str, day: int, draws: Draws
-) -> list[tuple[Segment, Stream]]:
-    """Return what a person does on a day, in s since its midnight, each with its random numbers."""
+def _plan_of_day(
+    segments: Sequence[Segment],
+    person: str,
+    activities: Mapping[str, ActivitySteps],
+    day: int,
+    draws: Draws,
+) -> list[PlannedActivity]:
+    """Return what a person does on a day, in s since its midnight."""
     mine = [s for s in segments if s.person == person]
     inside = [s for s in mine if s.end > day * DAY and s.start < (day + 1) * DAY]
     found = []
     for segment in inside:
         since = int(segment.start // DAY)
-        purpose = f"acting {segment.start - since * DAY:.3f}"
+        at = f"{segment.start - since * DAY:.3f}"
         moved = replace(segment, start=segment.start - day * DAY, end=segment.end - day * DAY)
-        found.append((moved, draws.stream(person, since, purpose)))
+        acting, durations, rests = (
+            draws.stream(person, since, f"{what} {at}") for what in ("acting", "durations", "rests")
+        )
+        drawn = _draw_steps(segment, activities, draws)
+        found.append(PlannedActivity(moved, acting, durations, rests, drawn))
     return found
+
+
+def _draw_steps(
+    segment: Segment, activities: Mapping[str, ActivitySteps], draws: Draws
+) -> DrawnSteps | None:
+    """Return what is done in a segment, or None for an activity without steps."""
+    activity_steps, start = activities.get(segment.activity), segment.start
+    if activity_steps is None:
+        return None
+
+    def stream(group: str, daily: bool) -> Stream:
+        if daily:
+            day, purpose = (start - NEW_DAY) // DAY, f"alternative {segment.activity} {group}"
+        else:
+            day, purpose = start // DAY, f"steps {start % DAY:.3f} {group}"
+        return draws.stream(segment.person, int(day), purpose)
+
+    return activity_steps.draw(stream)
 
 
 # The start of a day.
@@ -181,24 +207,28 @@ def _restore_home(
     home: HomeInUse,
     segments: Sequence[Segment],
     activities: Mapping[str, ActivitySteps],
-    plans: Mapping[str, list[tuple[Segment, Stream]]],
+    persons: Iterable[str],
+    draws: Draws,
     day: int,
 ) -> None:
     """Set lamps, doors and carried objects to the state after all steps of earlier days."""
-    earlier = [s for person in plans for s in _earlier_segments(segments, person, day)]
+    earlier = [s for person in persons for s in _earlier_segments(segments, person, day)]
     for segment in sorted(earlier, key=lambda s: (s.start, s.person)):
-        activity_steps = activities.get(segment.activity)
-        for step in activity_steps.steps if activity_steps is not None else ():
+        drawn = _draw_steps(segment, activities, draws)
+        for step in drawn.all_steps if drawn is not None else ():
             if step.word == "switch":
                 home.lamps[home.places.lamps[step.name].object] = step.on
             elif step.word in ("open", "close"):
                 door = home.places.doors[step.name]
-                home.openings[door.name] = door.open if step.word == "open" else door.closed
+                is_left_open = step.word == "open" and step.lasts is None
+                home.openings[door.name] = door.open if is_left_open else door.closed
             elif step.word == "put":
                 home.things[step.name] = step.at
 
 
-def _put_at_start(performer: Performer, segments: Sequence[Segment], day: int) -> None:
+def _put_at_start(
+    performer: Performer, segments: Sequence[Segment], draws: Draws, day: int
+) -> None:
     """Put a person where the last segment before the day ends.
 
     If no earlier segment ends at a place, use the first later one that does. Without such a
@@ -208,15 +238,16 @@ def _put_at_start(performer: Performer, segments: Sequence[Segment], day: int) -
     count = len(_earlier_segments(segments, performer.actor.name, day))
     known = performer.home.places.places
     for number, segment in enumerate([*mine[:count][::-1], *mine[count:]]):
-        activity_steps = performer.activities.get(segment.activity)
-        if activity_steps is None:
+        drawn = _draw_steps(segment, performer.activities, draws)
+        if drawn is None:
             continue
-        if activity_steps.posture == AWAY:
+        if drawn.posture == AWAY:
             performer.start_away()
             return
-        place, posture = known.get(activity_steps.place or ""), activity_steps.posture
+        place, posture = known.get(drawn.place or ""), drawn.posture
         if place is None and number >= count:
-            named = (known[step.name] for step in activity_steps.all_steps if step.name in known)
+            later = performer.activities[segment.activity].all_steps
+            named = (known[step.name] for step in later if step.name in known)
             place, posture = next(named, None), STANDING
         if place is not None and performer.is_free(place):
             performer.start_at(place, posture or STANDING)
@@ -234,7 +265,7 @@ def _put_at_start(performer: Performer, segments: Sequence[Segment], day: int) -
 # All persons together.
 
 
-def _run_all(people: list[tuple[Performer, list[tuple[Segment, Stream]]]]) -> Work[None]:
+def _run_all(people: list[tuple[Performer, list[PlannedActivity]]]) -> Work[None]:
     """Advance the persons until all have ended, always the one whose time is earliest.
 
     Of persons with the same time, the first in the list is advanced. Yield the progress, 0 to 1.
@@ -277,7 +308,15 @@ def _collect_acted(home: HomeInUse, people: list[Performer]) -> Acted:
         sorted(_cut_to_day(stays), key=lambda one: (one.start, one.person)),
         home.sips,
         sorted(_cut_to_day(home.waits), key=lambda one: (one.start, one.person)),
+        sorted([*home.uses, *_rests(stays)], key=lambda one: (one.start, one.person)),
     )
+
+
+def _rests(stays: list[Stay]) -> Iterator[Use]:
+    """Yield the times for which persons sat or lay on objects, as uses of these objects."""
+    for stay in stays:
+        if stay.place and stay.posture in (SITTING, LYING):
+            yield Use(stay.start, stay.end, stay.person, stay.place)
 
 
 def _cut_to_day(entries: list[T]) -> list[T]:

@@ -14,7 +14,7 @@ from ...sensor_logic.model import Array
 from .actor import Actor
 from .floor_map import FloorMap
 from .places import DOOR, Door, Place, Places
-from .timeline import Gesture, Hold, LeafSwing, Switch, Wait
+from .timeline import Gesture, Hold, LeafSwing, Switch, Use, Wait
 from .traffic import Traffic
 
 # Rooms whose name contains one of these are for one person at a time.
@@ -47,6 +47,8 @@ class HomeInUse:
         The persons whose activities use each place, by its name.
     waits
         The times for which persons waited for a place so far.
+    uses
+        The times for which persons worked at places with their hands so far.
     """
 
     places: Places
@@ -61,6 +63,7 @@ class HomeInUse:
     traffic: Traffic = field(default_factory=Traffic)
     users: dict[str, list[str]] = field(default_factory=dict)
     waits: list[Wait] = field(default_factory=list)
+    uses: list[Use] = field(default_factory=list)
     _reserved: dict[str, Actor] = field(default_factory=dict)
     _free_from: dict[str, float] = field(default_factory=dict)
     _busy: dict[str, tuple[Actor, float]] = field(default_factory=dict)

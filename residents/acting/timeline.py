@@ -258,6 +258,16 @@ class Stay:
 
 
 @dataclass(frozen=True)
+class Use:
+    """A time for which a person sat or lay on an object, or worked at it with the hands."""
+
+    start: float
+    end: float
+    person: str
+    object: str
+
+
+@dataclass(frozen=True)
 class Wait:
     """A time for which a person waited for a place that another person used.
 
@@ -311,6 +321,8 @@ class Acted:
         When each cup is tilted.
     waits : list of Wait
         Who waited for a place that another person used.
+    uses : list of Use
+        Who used which objects.
     """
 
     bodies: Mapping[str, Timeline]
@@ -321,6 +333,35 @@ class Acted:
     where: list[Stay] = field(default_factory=list)
     sips: Mapping[str, list[Gesture]] = field(default_factory=dict)
     waits: list[Wait] = field(default_factory=list)
+    uses: list[Use] = field(default_factory=list)
+
+    def times_in_use(self) -> dict[str, Array]:
+        """Return start and end of each use of an object, s, shape (k, 2), by the object's name.
+
+        The spans of an object are sorted and do not overlap. A lamp is in use while it is on.
+        """
+        found: dict[str, list[tuple[float, float]]] = {}
+        for use in self.uses:
+            found.setdefault(use.object, []).append((use.start, use.end))
+        lit: dict[str, float] = {}
+        for switch in self.switches:
+            if switch.on:
+                lit.setdefault(switch.object, switch.time)
+            else:
+                since = lit.pop(switch.object, switch.time)
+                found.setdefault(switch.object, []).append((since, switch.time))
+        for name, since in lit.items():
+            found.setdefault(name, []).append((since, np.inf))
+        return {name: merge_spans(spans) for name, spans in found.items()}
+
+    def last_user(self, object: str, time: float) -> str:
+        """Return the person who last used an object, or switched a lamp, at or before a time.
+
+        Return "" if nobody has.
+        """
+        uses = [(use.start, use.person) for use in self.uses if use.object == object]
+        uses += [(one.time, one.person) for one in self.switches if one.object == object]
+        return max((use for use in uses if use[0] <= time), default=(0.0, ""))[1]
 
     def spans(self, start: float, end: float) -> Array:
         """Return the start and end of each movement between two times, s, shape (k, 2), sorted.

@@ -14,13 +14,13 @@ import bpy
 import numpy as np
 from mathutils import Vector
 
-from ...angen_addon.appearance.appearance import appearance_of
-from ...angen_addon.appearance.recorded import RecordedSensor
 from ...angen_addon.scene.bearers import candidates
 from ...angen_addon.scene.sensors import Sensor, unit_scale
+from ...sensor_logic.kind import USES
 from ...sensor_logic.logs.log import Event
 from ...sensor_logic.recording.events import NewEvents
-from ...sensor_logic.recording.tracks import Recording
+from ...sensor_logic.recording.evidence import cause_of
+from ...sensor_logic.recording.tracks import Recording, Track
 from ..acting.timeline import Acted
 
 
@@ -54,7 +54,7 @@ class Causes:
         wanted: bool = True,
     ) -> None:
         self._scene = scene
-        self._sensors = {sensor.name: sensor for sensor in sensors}
+        self._names = [sensor.name for sensor in sensors]
         self._recording = recording
         self.new = NewEvents(recording)
         self._acted = acted
@@ -71,21 +71,25 @@ class Causes:
 
         Call it while the scene has the keyframes for the time of these events.
         """
-        for name, sensor in self._sensors.items():
+        for name in self._names:
             events = self.new.take_of(name)
             if not self.wanted:
                 self.events += events
                 continue
-            recorded = RecordedSensor(self._scene, sensor, self._recording)
+            track = self._recording.tracks[name]
             because: dict[float, str] = {}
             for event in events:
                 if event.time <= self._midnight:
                     self.events.append(event)
                     continue
                 if event.frame not in because:
-                    because[event.frame] = _cause_name(recorded, event)
+                    because[event.frame] = _cause_name(track, event)
                 cause = because[event.frame]
-                person = self.person_of(cause, event.time - self._midnight) if cause else ""
+                time = event.time - self._midnight
+                if track.kind.requires(USES):
+                    person = self._acted.last_user(cause, time)
+                else:
+                    person = self.person_of(cause, time) if cause else ""
                 self.events.append(replace(event, person=person, because=cause))
 
     def person_of(self, name: str, time: float) -> str:
@@ -114,14 +118,11 @@ class Causes:
         return self._owners[name]
 
 
-def _cause_name(recorded: RecordedSensor, event: Event[float]) -> str:
+def _cause_name(track: Track, event: Event[float]) -> str:
     """Return the name of the object that caused an event, or ""."""
-    kind, track = recorded.sensor.kind, recorded.track
     index = track.at(event.frame)
-    if index is None or (kind.publishes("motion") and not track.active[index]):
-        # The end of a motion has no cause.
-        return ""
-    return appearance_of(kind).explain(recorded, index).cause_name
+    objects = cause_of(track, index).objects if index is not None else ()
+    return objects[0] if objects else ""
 
 
 def _find_object(name: str) -> Any:

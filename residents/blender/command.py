@@ -115,7 +115,7 @@ def _add_day(verbs: Any, every: argparse.ArgumentParser) -> None:
         "--diary",
         type=path,
         metavar="FILE.csv",
-        help="table of activities that replaces the plans of the routine",
+        help="table of activities that replaces the plans of the routine; or a folder of them",
     )
     verb.add_argument(
         "--start",

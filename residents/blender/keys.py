@@ -7,7 +7,8 @@ moves. In between, and outside the part, its values are constant.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from math import ceil, floor, pi
 from typing import Any
 
@@ -19,6 +20,7 @@ from numpy.typing import ArrayLike
 from ...angen_addon.scene.instances import chain
 from ...angen_addon.scene.light.scene import BEGINS, reference_frames
 from ...angen_addon.scene.sensors import unit_scale
+from ...angen_addon.scene.surfaces.warmth import heat_of
 from ...sensor_logic.model import Array, Index
 from ..acting.places import Places
 from ..acting.timeline import Acted, Gesture, Hold, Timeline, openings_at
@@ -94,10 +96,29 @@ TILT = 1.45
 _HANDOVER_S = 0.3
 
 
-# Properties that keys change. rotation_mode is first, because setting it converts the rotation. A
+# Data path of whether an object is in use.
+IN_USE = "angen_use.in_use"
+# Data paths that keys change. rotation_mode is first, because setting it converts the rotation. A
 # matrix would not restore every bit.
 MOVED = ("rotation_mode", "location", "rotation_euler", "rotation_quaternion",
-         "rotation_axis_angle", "scale", "hide_viewport", "hide_render", "energy")  # fmt: skip
+         "rotation_axis_angle", "scale", "hide_viewport", "hide_render", "energy",
+         IN_USE)  # fmt: skip
+
+
+def moved_values(part: Any, paths: Iterable[str] = MOVED) -> dict[str, Any]:
+    """Return the values of a datablock or a bone at data paths, without paths that it lacks."""
+    found = {}
+    for path in paths:
+        with suppress(ValueError):
+            value = part.path_resolve(path)
+            found[path] = value if isinstance(value, (bool, float, str)) else list(value)
+    return found
+
+
+def set_value(part: Any, path: str, value: Any) -> None:
+    """Set the value at a data path; raise ValueError if there is no such path."""
+    holder, _, name = path.rpartition(".")
+    setattr(part.path_resolve(holder) if holder else part, name, value)
 
 
 class ReplacedAnimation:
@@ -107,12 +128,8 @@ class ReplacedAnimation:
         self.owner = owner
         data = owner.animation_data
         self._earlier = (data.action, getattr(data, "action_slot", None)) if data else None
-        self._values: list[tuple[Any, str, Any]] = [
-            (part, name, value[:] if hasattr(value := getattr(part, name), "__len__") else value)
-            for part in (owner, *(owner.pose.bones if getattr(owner, "pose", None) else ()))
-            for name in MOVED
-            if hasattr(part, name)
-        ]
+        bones = owner.pose.bones if getattr(owner, "pose", None) else ()
+        self._values = [(part, moved_values(part)) for part in (owner, *bones)]
         self.curves = Curves(owner, f"Day {owner.name}")
 
     def restore(self) -> None:
@@ -123,8 +140,9 @@ class ReplacedAnimation:
             data.action_slot = slot
         if self._earlier is None and not data.drivers:
             self.owner.animation_data_clear()
-        for owner, name, value in self._values:
-            setattr(owner, name, value)
+        for part, values in self._values:
+            for path, value in values.items():
+                set_value(part, path, value)
         bpy.data.actions.remove(self.curves.action)
 
 
@@ -196,6 +214,8 @@ class KeyedStretch:
             lamps.setdefault(switch.object, []).append((switch.time, switch.on))
         for name, changes in lamps.items():
             self._show_lamp(name, changes, frames)
+        for name, spans in acted.times_in_use().items():
+            self._show_use(name, spans, frames)
         for name, holds in acted.holds.items():
             self._show_carried(name, holds, acted.sips.get(name, ()), frames, shown)
 
@@ -291,6 +311,22 @@ class KeyedStretch:
             keyed = np.r_[frames[0] - 1, frames[at]]
             values = np.r_[power, np.where(on[at], power, 0.0)]
             self._curves(owner).write(path, 0, keyed, values, CONSTANT)
+
+    def _show_use(self, name: str, spans: Array, frames: Index) -> None:
+        """Insert keyframes for whether an object is in use; `spans` are start and end of each."""
+        obj, seconds = bpy.data.objects[name], self._seconds_at(frames)
+        if obj.library is not None:
+            return
+        if heat_of(obj) is not None:
+            # How warm it is depends on all its uses of the day so far.
+            edges = np.ceil([self._frame_at(one) - 1e-6 for one in spans[spans < seconds[0]]])
+            frames = np.unique(np.r_[edges.astype(frames.dtype), frames])
+            seconds = self._seconds_at(frames)
+        used = np.zeros(len(frames), bool)
+        for start, end in spans:
+            used |= (seconds >= start - 1e-6) & (seconds < end - 1e-6)
+        at = np.unique([0, *np.flatnonzero(np.diff(used)) + 1])
+        self._curves(obj).write(IN_USE, 0, frames[at], used[at], CONSTANT)
 
     def _show_carried(
         self, name: str, holds: list[Hold], sips: Sequence[Gesture], frames: Index,

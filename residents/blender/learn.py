@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`angen learn ACTIVITIES --out ROUTINE.toml`: learns habits from a log; needs no Blender."""
+"""`angen learn ACTIVITIES`: learns habits from a log, and draws days; needs no Blender."""
 
 from __future__ import annotations
 
@@ -7,13 +7,15 @@ import argparse
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from ...angen_addon.process.console import DONE, note
 from ...angen_addon.process.parser import Parser, argument_type, path, tells_errors, whole_number
 from ...sensor_logic.logs.error import InputError, explained
-from ...sensor_logic.logs.files import read_text, write_files
+from ...sensor_logic.logs.files import check_folder, read_text, write_files
 from ...sensor_logic.logs.formats import activities
 from ...sensor_logic.logs.formats.activities import SOMEBODY, DoneActivity
 from ...sensor_logic.logs.formats.label_map import read_map
@@ -23,7 +25,7 @@ from ...sensor_logic.logs.wording import named, plural
 from ..routine import file
 from ..routine.learn import LivedDays, learn, lived_days
 from ..routine.routine import AWAY, Person, Routine, RoutineActivity
-from ..routine.text import diary_text, duration, routine_text
+from ..routine.text import diary_texts, duration, routine_text
 from ..routine.timetable import OTHER, timetable
 
 # What stands in for the steps of an activity: one stays where one is.
@@ -42,13 +44,26 @@ def main(arguments: list[str], program: str) -> int:
     """
     options = make_parser(program).parse_args(arguments)
     sources = [p for p in (options.activities, options.routine, options.labels) if p]
-    check_apart("--out", options.out, sources)
-    write_files({options.out: _learnt(options)})
+    if options.out is None and options.diaries is None:
+        raise InputError("learn has nothing to write: give --out, --diaries or both")
+    if options.out is not None:
+        check_apart("--out", options.out, sources)
+    if options.diaries is None:
+        write_files(_learnt(options))
+        return DONE
+    folder = options.diaries[1]
+    check_folder(folder if folder.exists() else folder.parent, "--diaries")
+    written = _learnt(options)
+    kept = set(folder.glob("*.csv")) - written.keys()
+    if kept or folder.resolve() in {source.resolve().parent for source in sources}:
+        raise InputError(f"--diaries: {folder} has other files than these diaries; name a new one")
+    folder.mkdir(exist_ok=True)
+    write_files(written)
     return DONE
 
 
-def _learnt(options: argparse.Namespace) -> str:
-    """Return the text of the file that the options ask for: a routine, or a diary.
+def _learnt(options: argparse.Namespace) -> dict[Path, str]:
+    """Return the texts of the files that the options ask for: a routine, and diaries.
 
     Raise `InputError` if a file is wrong, or OSError if it cannot be read.
     """
@@ -65,12 +80,14 @@ def _learnt(options: argparse.Namespace) -> str:
             lived[person.name] = lived_days(done)
     learnt = [learn(lived[person.name], person) for person, _ in persons]
     text = _routine_text(options, _joined(learnt), lived, home, _words(found, labels))
-    if options.diaries is None:
-        return text
-    start = options.start or min(min(log.begun) for log in lived.values())
-    segments = timetable(file.read(text, str(options.out)), start, options.diaries, options.seed)
-    whole = [replace(one, start=max(one.start, 0.0)) for one in segments]
-    return diary_text(whole, start, OTHER)
+    written = {} if options.out is None else {options.out: text}
+    if options.diaries is not None:
+        days, folder = options.diaries
+        start = options.start or min(min(log.begun) for log in lived.values())
+        segments = timetable(file.read(text, "the learnt routine"), start, days, options.seed)
+        texts = diary_texts(segments, start, days, OTHER)
+        written |= {folder / name: diary for name, diary in texts.items()}
+    return written
 
 
 def _persons(
@@ -141,21 +158,22 @@ def _routine_text(
         if like is None and name != OTHER:
             unknown.append(name)
             said[name] += f"\n{UNSAID}"
-        steps = (like.do, like.meanwhile) if like else (NO_STEPS, ())
-        found[name] = RoutineActivity(name, *steps, labels)
+        steps = like or RoutineActivity(name, NO_STEPS)
+        found[name] = replace(steps, name=name, labels=labels)
     if unknown and home:
         note(
             f"{options.routine} has no activity for {named(unknown, len(unknown))}: add what is "
             "done to it, or name another of its activities with --labels"
         )
-    elif unknown and options.diaries is None:
+    elif unknown and options.out is not None:
         note(f"fill in what is done ('do') in {options.out}, or give the home's --routine")
     days = max(len(log.begun) for log in lived.values())
     about = [
         f"Habits of {plural(days, 'day')}, learnt by `angen learn` from {options.activities.name}.",
         "docs/residents.md tells what each word means.",
     ]
-    return routine_text(replace(routine, activities=found), about, said)
+    uses = home.uses if home else {}
+    return routine_text(replace(routine, activities=found, uses=uses), about, said)
 
 
 def _by_word(known: Iterable[RoutineActivity]) -> dict[str, RoutineActivity]:
@@ -184,11 +202,23 @@ def _summary(name: str, lived: Iterable[LivedDays]) -> str:
     return f"{len(lasts) / days:.1f} times a day, for {middle} ({low} to {high})."
 
 
+class Diaries(argparse.Action):
+    """Reads the number of diaries and their folder."""
+
+    def __call__(self, parser: Any, options: Any, values: Any, flag: Any = None) -> None:
+        """Store both as a pair."""
+        try:
+            setattr(options, self.dest, (whole_number(1, 10_000)(values[0]), path(values[1])))
+        except argparse.ArgumentTypeError as error:
+            raise argparse.ArgumentError(self, str(error)) from None
+
+
 def make_parser(program: str) -> Parser:
     """Return the argument parser of `angen learn`."""
     parser = Parser(
         prog=f"{program} learn",
-        description="Learn habits from a log of activities, and write them as a routine.",
+        description="Learn habits from a log of activities, and write them as a routine or as "
+        "drawn days.",
     )
     parser.add_argument(
         "activities",
@@ -197,10 +227,7 @@ def make_parser(program: str) -> Parser:
         help="table with the columns start, end and activity; lines of start, end and activity; "
         "CASAS text with begin and end; a folder of days, or of pyadlml",
     )
-    parser.add_argument(
-        "--out", required=True, type=path, metavar="ROUTINE.toml", help="the routine; with "
-        "--diaries, the diary",
-    )  # fmt: skip
+    parser.add_argument("--out", type=path, metavar="ROUTINE.toml", help="file for the routine")
     parser.add_argument(
         "--routine",
         type=path,
@@ -216,21 +243,22 @@ def make_parser(program: str) -> Parser:
     parser.add_argument("--person", metavar="NAME", help="learn only from what this person did")
     parser.add_argument(
         "--diaries",
-        type=whole_number(1, 10_000),
-        metavar="N",
-        help="write a diary of N drawn days instead, for `day --diary`",
+        action=Diaries,
+        nargs=2,
+        metavar=("N", "DIR"),
+        help="draw N days, and write each as a diary into a folder, for `day --diary`",
     )
     parser.add_argument(
         "--start",
         type=argument_type(parse_date),
         metavar="DATE",
-        help="date of the diary's first day (default: the log's)",
+        help="date of the first diary (default: the log's)",
     )
     parser.add_argument(
         "--seed",
         type=whole_number(0, 0x7FFFFFFF),
         default=0,
         metavar="S",
-        help="seed of the diary's random draws (default 0)",
+        help="seed of the random draws of diaries (default 0)",
     )
     return parser

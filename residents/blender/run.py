@@ -17,7 +17,7 @@ from typing import Any
 import bpy
 import numpy as np
 
-from ...angen_addon.process.standalone import release_memory
+from ...angen_addon.process.system import release_memory
 from ...angen_addon.runtime.simulation import Exchange, Progress, simulate
 from ...angen_addon.runtime.time_base import evaluated_depsgraph
 from ...angen_addon.scene.animation import all_animated
@@ -259,7 +259,7 @@ class Plan:
     name
         The name of the routine's file.
     text
-        The text of both files.
+        The text of all files.
     routine
         The routine as read from its file.
     diary
@@ -276,16 +276,21 @@ class Plan:
 
     @classmethod
     def read(cls, path: Path, diary_path: Path | None = None) -> Plan:
-        """Read a routine file and, if a path is given, a diary file.
+        """Read a routine file and, if a path is given, a diary: a file, or a folder of files.
 
         Raise `InputError` if one of them is invalid.
         """
         plan = cls.from_text(read_text(path), path.name, str(path))
         if diary_path is None:
             return plan
-        diary_text = read_text(diary_path)
-        first, segments = diary.read(diary_text, str(diary_path))
-        return replace(plan, text=plan.text + diary_text, diary=tuple(segments), first=first)
+        is_folder = diary_path.is_dir()
+        paths = sorted(diary_path.glob("*.csv")) if is_folder else [diary_path]
+        if not paths:
+            raise InputError(f"{diary_path} has no diary: name a folder with CSV files")
+        texts = {str(path): read_text(path) for path in paths}
+        first, segments = diary.read_all(texts)
+        text = plan.text + "".join(texts.values())
+        return replace(plan, text=text, diary=tuple(segments), first=first)
 
     @classmethod
     def from_text(cls, text: str, name: str, path: str = "") -> Plan:

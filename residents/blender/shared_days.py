@@ -21,7 +21,7 @@ from pathlib import Path
 
 import bpy
 
-from ...angen_addon.process.console import DONE, SIGNALS, leave_hard, note
+from ...angen_addon.process.console import BAD_INPUT, DONE, FAILED, SIGNALS, leave_hard, note
 from .folder import Folder
 
 # s between two checks of the workers, and until a worker that does not end is killed.
@@ -90,12 +90,14 @@ class SharedDays:
 
     def __enter__(self) -> SharedDays:
         for _ in range(self._count):
-            # A new session, so that Ctrl-C in a terminal reaches only this process.
+            # A new session, or group on Windows, so that Ctrl-C in a terminal reaches only this
+            # process.
             process = subprocess.Popen(
                 worker_command(),
                 stdin=subprocess.PIPE,
                 stdout=subprocess.DEVNULL,
                 start_new_session=True,
+                creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),
             )
             self._workers.append(_Worker(process))
         # The first day is this process's own.
@@ -159,11 +161,13 @@ class SharedDays:
     def _take_back_day(self, worker: _Worker, status: int) -> None:
         """Take back the day of a worker that has ended; after an error, begin no new days."""
         _close(worker.process)
-        if status > 0:
+        if status in (FAILED, BAD_INPUT):
             # The worker has printed its error. No new days begin; those under way are finished.
             self._pending.clear()
             return
-        text = f"a process of --jobs was ended by the signal {_name_of(-status)}"
+        # On Windows a crash has a positive status.
+        how = f"by the signal {_name_of(-status)}" if status < 0 else f"with status {status:#x}"
+        text = f"a process of --jobs was ended {how}"
         if worker.day is not None:
             self._pending.appendleft(worker.day)
             text += f"; another process simulates {self._folder.date_of(worker.day)} again"

@@ -22,7 +22,7 @@ from ..acting.timeline import Acted
 from ..days.rows import FPS, frame_at, time_at
 from .daylight import Daylight, site_values
 from .followed_day import note_home
-from .keys import DAY_MARK, MOVED, KeyedStretch
+from .keys import DAY_MARK, IN_USE, KeyedStretch, moved_values, set_value
 from .lamps import Lent, give_back, lights_of
 from .person import body_of
 from .still import rests
@@ -54,6 +54,8 @@ def show(
     scene.frame_set(scene.frame_start)
     lamps = _lamps(places)
     owners = [*_animated_objects(acted, places, residents, daylight), *_lights(lamps, daylight)]
+    # The day changes nothing else of what is only used: users may move it meanwhile.
+    used = [o for name in acted.times_in_use() if (o := bpy.data.objects[name]) not in owners]
     before = {
         "time": {name: getattr(scene.render, name) for name in TIME},
         "range": ranged,
@@ -64,6 +66,9 @@ def show(
     RESULTS.set_aside(scene)
     scene.angen_day.before = json.dumps(before)
     _note_home(scene, owners, daylight)
+    for obj in used:
+        _note(scene, obj, obj, {"values": moved_values(obj, [IN_USE]), "bones": {}})
+    owners += used
     scene.angen_day.rests = rests(acted, max(start - AROUND_S, 0.0), end + AROUND_S)
     keys = KeyedStretch(residents, places)
     # What else moves or changes by itself, such as shape keys, is held as in a run of days.
@@ -171,8 +176,8 @@ def _note_home(scene: Any, owners: Iterable[Any], daylight: Daylight) -> None:
     for owner in owners:
         bones = owner.pose.bones if getattr(owner, "pose", None) else ()
         found = {
-            "values": _property_values(owner),
-            "bones": {bone.name: _property_values(bone) for bone in bones},
+            "values": moved_values(owner),
+            "bones": {bone.name: moved_values(bone) for bone in bones},
         }
         # A pointer to the light would be one of its users, by which light groups are chosen.
         _note(scene, owner, users.get(owner, owner), found)
@@ -220,12 +225,6 @@ def _note(scene: Any, owner: Any, pointed: Any, values: dict[str, Any]) -> None:
     stored.values = json.dumps(values | animation)
 
 
-def _property_values(part: Any) -> dict[str, Any]:
-    """Return the values of the properties that a day's keyframes change."""
-    found = {name: getattr(part, name) for name in MOVED if hasattr(part, name)}
-    return {n: v if isinstance(v, (bool, float, str)) else list(v) for n, v in found.items()}
-
-
 def _restore(owner: Any, action: Any, stored: Mapping[str, Any]) -> bool:
     """Restore a datablock's action and values; return whether all that it needs still exists."""
     is_whole = True
@@ -244,9 +243,8 @@ def _restore(owner: Any, action: Any, stored: Mapping[str, Any]) -> bool:
     parts += [(bone, stored["bones"][name]) for name, bone in bones.items()]
     for part, values in parts:
         for path, value in values.items():
-            holder, _, name = path.rpartition(".")
             try:
-                setattr(part.path_resolve(holder) if holder else part, name, value)
+                set_value(part, path, value)
             except ValueError:
                 # A node that the path names is gone.
                 is_whole = False

@@ -136,7 +136,7 @@ def _animate_activity(scene: Any, day: ComputedDay, index: int) -> None:
     Raise `InputError` if the home has no object for one of the persons, or for what they move.
     """
     settings = scene.angen_day
-    moved = {*day.acted.swings, *day.acted.holds, *(one.object for one in day.acted.switches)}
+    moved = {*day.acted.swings, *day.acted.holds, *day.acted.times_in_use()}
     gone = sorted(moved - set(bpy.data.objects.keys()))
     if gone:
         raise InputError(f"the home has no object {named(gone)} any more: press Read Day")

@@ -3,12 +3,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from datetime import date, datetime
 from itertools import product
 from typing import Any
 
-from ...sensor_logic.logs.error import InputError
+from ...sensor_logic.logs.error import InputError, explained
 from ...sensor_logic.logs.toml_table import (
     TomlTable,
     calendar_date,
@@ -23,6 +24,7 @@ from .routine import (
     AWAY,
     DAY,
     SEASONS,
+    SHARES,
     WEEKDAYS,
     Absence,
     Calendar,
@@ -36,6 +38,8 @@ from .routine import (
     Routine,
     RoutineActivity,
     Spread,
+    StepGroup,
+    UsualUse,
     seconds,
     time_of_day,
 )
@@ -58,8 +62,8 @@ def check_bodies(persons: Mapping[str, Person]) -> None:
 def check(routine: Routine) -> None:
     """Raise `InputError` if the plans give a person two activities at the same time.
 
-    Entries with a chance below 1 are not checked: on a day with such an entry, the next entry
-    begins late.
+    Alternatives and entries with a chance below 1 are not checked: on a day with such an entry, the
+    next entry begins late.
     """
     for person in routine.persons:
         plans = [plan for plan in routine.plans if plan.person == person]
@@ -83,7 +87,7 @@ def _daily_entries(plans: list[FixedPoints], weekday: int, month: int) -> list[F
         for plan in always
         if weekday in plan.days.weekdays and month in plan.days.months
         for entry in plan.entries
-        if entry.chance == 1.0
+        if entry.chance == 1.0 and not entry.either
     ]
 
 
@@ -115,6 +119,8 @@ def _overlap_text(person: str, entry: FixedPoint, other: FixedPoint, at: float) 
 SCHEMA = 1
 # Default spread of log-normal durations: about a third of the median.
 VARIES = 0.3
+# How often alternatives are drawn; the first is the default.
+_DRAWN = ("daily", "each time")
 _DAYS: dict[str, Sequence[int]] = {day: [number] for number, day in enumerate(WEEKDAYS)}
 _DAYS |= {"daily": range(7), "weekdays": range(5), "weekend": (5, 6)}
 
@@ -144,6 +150,7 @@ def read(content: str, name: str) -> Routine:
         tuple(_filler(table, persons, known) for table in top.tables("filler")),
         tuple(_interruption(table, persons, known) for table in top.tables("interruption")),
         tuple(_absence(table, persons) for table in top.tables("absence")),
+        {name: _use(table) for name, table in top.named("uses")},
     )
     top.finish()
     check(found)
@@ -156,19 +163,77 @@ def _activity(name: str, table: TomlTable) -> RoutineActivity:
         varies = row.take("varies", number(0, 3), VARIES)
         every = row.take("every", _positive)
         burst = row.take("burst", number(1, 1000), None)
-        do = row.take("do", _one_or_more)
-        meanwhile.append(Meanwhile(do, every, varies, burst, (row.where("do"),) * len(do)))
+        among = row.take("do", _one_or_more)
+        where = (row.where("do"),) * len(among)
+        meanwhile.append(Meanwhile(among, every, varies, burst, where))
         row.finish()
     labels = {}
     for vocabulary, label in table.take("labels", dict, {}).items():
         labels[vocabulary] = text(label)
-    do = table.take("do", texts)
-    where = tuple(table.where("do", number) for number in range(len(do)))
-    found = RoutineActivity(name, do, tuple(meanwhile), labels, where)
-    if not found.do:
+    do, where, _ = _steps(table, "do")
+    if not do:
         raise table.error("an activity must have at least one step", "do")
     table.finish()
-    return found
+    return RoutineActivity(
+        name, do, tuple(meanwhile), labels, where, usual_rest="while" not in table.values
+    )
+
+
+def _steps(
+    table: TomlTable, key: str, within: bool = False
+) -> tuple[tuple[str | StepGroup, ...], tuple[str, ...], tuple[float, ...]]:
+    """Return the steps or alternatives at `key`, their positions, and the weights of alternatives.
+
+    `within` is whether a group around them says in which part of the activity they are done.
+    """
+    values = table.take(key, _list_or_one)
+    steps: list[str | StepGroup] = []
+    weights = []
+    for place, value in enumerate(values):
+        weight = 1.0
+        if isinstance(value, Mapping):
+            row = table.below(value, key, place)
+            if key == "either":
+                weight = row.take("weight", number(0, 1e6), 1.0)
+            steps.append(_group(row, within))
+        else:
+            with explained(f"{table.where(key, place)}: {key}", ValueError):
+                steps.append(text(value))
+        weights.append(weight)
+    where = tuple(table.where(key, place) for place in range(len(values)))
+    return tuple(steps), where, tuple(weights)
+
+
+def _group(table: TomlTable, within: bool) -> StepGroup:
+    if ("do" in table.values) == ("either" in table.values):
+        raise table.error("give 'do', with steps, or 'either', with alternatives, and not both")
+    share = table.take("during", _share, None)
+    if share is not None and within:
+        raise table.error("the steps around this one say 'during' already: leave it out", "during")
+    among, daily, any_order = "either" in table.values, True, False
+    do, where, weights = _steps(table, "either" if among else "do", within or share is not None)
+    if among:
+        daily = table.one_of("drawn", _DRAWN, _DRAWN[0]) == _DRAWN[0]
+        if len(do) < 2 or sum(weights) <= 0:
+            raise table.error("give two alternatives or more, one with a weight above 0", "either")
+    else:
+        any_order = table.take("any_order", flag, False)
+        if not do:
+            raise table.error("give at least one step", "do")
+    chance = table.take("chance", number(0, 1), 1.0)
+    times, varies = table.take("times", _times, (1, 1)), table.take("varies", _spread, None)
+    table.finish()
+    return StepGroup(
+        do, where, weights if among else (), daily, chance, times, any_order, varies, share
+    )
+
+
+def _use(table: TomlTable) -> UsualUse:
+    lasts, varies = table.take("lasts", _positive, None), table.take("varies", _spread, None)
+    if not {"lasts", "varies"}.intersection(table.values):
+        raise table.error("give 'lasts', 'varies' or both")
+    table.finish()
+    return UsualUse(lasts, varies, table.where())
 
 
 def _person(name: str, table: TomlTable, activities: set[str]) -> Person:
@@ -198,27 +263,48 @@ def _days(table: TomlTable) -> Calendar:
 def _plan(table: TomlTable, persons: Any, activities: set[str]) -> FixedPoints:
     person = table.one_of("person", persons)
     days = _days(table)
-    entries = []
-    for row in table.tables("entries"):
-        at = row.take("at", time_of_day)
-        lasts, until = _lasts_or_until(row)
-        if until is not None and until <= at:
-            until += DAY
-        entries.append(
-            FixedPoint(
-                row.one_of("activity", activities),
-                at,
-                row.take("spread", seconds, 0.0),
-                lasts,
-                until,
-                row.take("varies", _spread, (VARIES, VARIES)),
-                row.take("chance", number(0, 1), 1.0),
-                row.where(),
-            )
-        )
-        row.finish()
+    entries: list[FixedPoint] = []
+    for place, row in enumerate(table.tables("entries")):
+        if "either" in row.values:
+            entries += _alternatives(row, f"either {place}", activities)
+        else:
+            entries.append(_entry(row, activities))
     table.finish()
     return FixedPoints(person, days, tuple(entries))
+
+
+def _entry(row: TomlTable, activities: set[str]) -> FixedPoint:
+    at = row.take("at", time_of_day)
+    lasts, until = _lasts_or_until(row)
+    if until is not None and until <= at:
+        until += DAY
+    found = FixedPoint(
+        row.one_of("activity", activities),
+        at,
+        row.take("spread", seconds, 0.0),
+        lasts,
+        until,
+        row.take("varies", _spread, (VARIES, VARIES)),
+        row.take("chance", number(0, 1), 1.0),
+        row.where(),
+    )
+    row.finish()
+    return found
+
+
+def _alternatives(table: TomlTable, name: str, activities: set[str]) -> Iterator[FixedPoint]:
+    """Yield the entries of which one happens on a day; `name` is that of these alternatives."""
+    chance = table.take("chance", number(0, 1), 1.0)
+    rows = list(table.tables("either"))
+    weights = [row.take("weight", number(0, 1e6), 1.0) for row in rows]
+    if len(rows) < 2 or sum(weights) <= 0:
+        raise table.error("give two alternatives or more, one with a weight above 0", "either")
+    begins = 0.0
+    for row, weight in zip(rows, weights, strict=True):
+        share = chance * weight / sum(weights)
+        yield replace(_entry(row, activities), either=name, share=(begins, begins + share))
+        begins += share
+    table.finish()
 
 
 def _regular(row: TomlTable) -> tuple[tuple[float, float], float]:
@@ -299,6 +385,10 @@ def _absence(table: TomlTable, persons: Any) -> Absence:
     return Absence(person, begins, ends)
 
 
+def _list_or_one(value: Any) -> list[Any]:
+    return value if isinstance(value, list) else [value]
+
+
 def _one_or_more(value: Any) -> tuple[str, ...]:
     found = (value,) if isinstance(value, str) else texts(value)
     if not found:
@@ -321,6 +411,31 @@ def _spread(value: Any) -> Spread:
         raise ValueError(f"{value!r} is not two numbers: below and above the median")
     below, above = (number(0, 3)(one) for one in value)
     return below, above
+
+
+def _share(value: Any) -> tuple[float, float]:
+    """Read a part of an activity: its name, or two numbers from 0 to 1."""
+    if isinstance(value, str):
+        if value not in SHARES:
+            raise ValueError(f"{value!r} is no part of an activity; {suggestion(value, SHARES)}")
+        return SHARES[value]
+    if not isinstance(value, list) or len(value) != 2:
+        raise ValueError(f'{value!r} is neither two numbers nor a part, such as "first third"')
+    begins, ends = (number(0, 1)(one) for one in value)
+    if ends < begins:
+        raise ValueError(f"{value!r}: the second number is smaller than the first")
+    return begins, ends
+
+
+def _times(value: Any) -> tuple[int, int]:
+    """Read how often steps are repeated: a whole number, or the least and the largest one."""
+    least, largest = value if isinstance(value, list) and len(value) == 2 else (value, value)
+    for one in (least, largest):
+        if isinstance(one, bool) or not isinstance(one, int) or not 0 <= one <= 100:
+            raise ValueError(f"{value!r} is not a whole number from 0 to 100, nor two of them")
+    if largest < least:
+        raise ValueError(f"{value!r}: the second number is smaller than the first")
+    return least, largest
 
 
 def _usual(value: Any) -> tuple[float, float]:

@@ -25,6 +25,17 @@ AWAY = "Away"
 # The spread of a log-normal duration: the standard deviations of its logarithm below and above the
 # median.
 Spread = tuple[float, float]
+# Parts of an activity in which steps can be done, by their names.
+SHARES = {
+    "first half": (0.0, 1 / 2),
+    "second half": (1 / 2, 1.0),
+    "first third": (0.0, 1 / 3),
+    "second third": (1 / 3, 2 / 3),
+    "last third": (2 / 3, 1.0),
+    "first quarter": (0.0, 1 / 4),
+    "last quarter": (3 / 4, 1.0),
+    "whole": (0.0, 1.0),
+}
 # When the day begins in which activities are counted, s since midnight: as in surveys of time use.
 NEW_DAY = 4 * 3600.0
 
@@ -55,6 +66,65 @@ class Meanwhile:
 
 
 @dataclass(frozen=True)
+class UsualUse:
+    """How long each use of a place, or of what a leaf shuts, lasts.
+
+    Attributes
+    ----------
+    lasts : float or None
+        The median of a step that does not say its duration, s; None for the default.
+    varies : Spread or None
+        The spread of the log-normally distributed durations; None for the default.
+    where : str
+        The position in the file.
+    """
+
+    lasts: float | None
+    varies: Spread | None
+    where: str
+
+
+@dataclass(frozen=True)
+class StepGroup:
+    """Steps of an activity that are not the same each time.
+
+    Attributes
+    ----------
+    do : tuple
+        The steps, in order: texts such as "sit Sofa", or further groups. If `weights` is not empty,
+        they are alternatives, of which one is drawn.
+    where : tuple of str
+        The position of each step in the file.
+    weights : tuple of float
+        The weight of each alternative; empty for steps that are all done.
+    daily : bool
+        Whether an alternative is drawn once a day, from `NEW_DAY` to `NEW_DAY`, rather than each
+        time.
+    chance : float
+        The probability that the steps are done.
+    times : tuple of int
+        The least and the largest number of repetitions.
+    any_order : bool
+        Whether the order of the steps is drawn each time.
+    varies : Spread or None
+        The spread of the durations of the steps; None for the default.
+    share : tuple of float or None
+        The part of the activity, of 0 … 1, in which the steps are done at a random time; None for
+        steps that follow the step before.
+    """
+
+    do: tuple[str | StepGroup, ...]
+    where: tuple[str, ...]
+    weights: tuple[float, ...] = ()
+    daily: bool = True
+    chance: float = 1.0
+    times: tuple[int, int] = (1, 1)
+    any_order: bool = False
+    varies: Spread | None = None
+    share: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True)
 class RoutineActivity:
     """An activity of a routine.
 
@@ -62,21 +132,25 @@ class RoutineActivity:
     ----------
     name : str
         The activity's name.
-    do : tuple of str
-        The texts of its steps, in order, such as "sit Sofa".
+    do : tuple
+        Its steps, in order: texts such as "sit Sofa", or groups of steps.
     meanwhile : tuple of Meanwhile
         The small movements that are repeated during its last step.
     labels : mapping of str to str
         Its name in each of several public data sets.
     where : tuple of str
         The position of each step in the file.
+    usual_rest : bool
+        Whether somebody who sits or lies then moves as people do who rest, rather than only as
+        `meanwhile` says.
     """
 
     name: str
-    do: tuple[str, ...]
+    do: tuple[str | StepGroup, ...]
     meanwhile: tuple[Meanwhile, ...] = ()
     labels: Mapping[str, str] = field(default_factory=dict)
     where: tuple[str, ...] = ()
+    usual_rest: bool = True
 
 
 @dataclass(frozen=True)
@@ -121,6 +195,11 @@ class FixedPoint:
         The probability that the entry happens on a day.
     where : str
         The entry's position in the file.
+    either : str
+        The name of the alternatives to which the entry belongs, or "".
+    share : tuple of float
+        The entry of some alternatives happens if a number that is drawn for them once a day is from
+        the first to below the second.
     """
 
     activity: str
@@ -131,6 +210,8 @@ class FixedPoint:
     varies: Spread
     chance: float
     where: str
+    either: str = ""
+    share: tuple[float, float] = (0.0, 1.0)
 
 
 @dataclass(frozen=True)
@@ -267,7 +348,7 @@ class Person:
 
 @dataclass(frozen=True)
 class Routine:
-    """All persons, activities and rules of a routine."""
+    """All persons, activities and rules of a routine; `uses` by the names of places and leaves."""
 
     persons: Mapping[str, Person]
     activities: Mapping[str, RoutineActivity]
@@ -275,6 +356,7 @@ class Routine:
     fillers: tuple[Filler, ...]
     interruptions: tuple[Interruption, ...]
     absences: tuple[Absence, ...]
+    uses: Mapping[str, UsualUse] = field(default_factory=dict)
 
     def done(self) -> Iterator[tuple[str, str]]:
         """Yield each person with each activity that the person may do, by their names."""

@@ -4,13 +4,14 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from datetime import date, datetime, time, timedelta
 
 from ...sensor_logic.logs.log import to_csv
 from .file import VARIES
 from .routine import (
     DAY,
+    SHARES,
     WEEKDAYS,
     Filler,
     Interruption,
@@ -20,6 +21,8 @@ from .routine import (
     RoutineActivity,
     Segment,
     Spread,
+    StepGroup,
+    UsualUse,
 )
 from .timetable import COLUMNS
 
@@ -45,6 +48,8 @@ def routine_text(routine: Routine, about: Sequence[str], said: Mapping[str, str]
     lines += ["schema = 1"]
     for person in routine.persons.values():
         lines += ["", *_person(person)]
+    if routine.uses:
+        lines += ["", "[uses]", *(_use(name, use) for name, use in routine.uses.items())]
     for activity in routine.activities.values():
         if activity.name in said:
             lines += ["", *(f"# {line}" for line in said[activity.name].split("\n"))]
@@ -56,19 +61,22 @@ def routine_text(routine: Routine, about: Sequence[str], said: Mapping[str, str]
     return "\n".join(lines) + "\n"
 
 
-def diary_text(segments: Iterable[Segment], first: date, gaps: str) -> str:
-    """Return segments as a diary, as `angen day --diary` reads it; `gaps` are not written."""
-    zero = datetime.combine(first, time())
+def diary_texts(segments: Sequence[Segment], first: date, days: int, gaps: str) -> dict[str, str]:
+    """Return the days from the date `first` on, each as a diary that `angen day --diary` reads.
 
-    def moment(seconds: float) -> str:
-        return (zero + timedelta(seconds=round(seconds))).isoformat()
-
-    rows = [
-        (moment(one.start), moment(one.end), one.person, one.activity)
-        for one in segments
-        if one.activity != gaps and round(one.end) > round(one.start)
-    ]
-    return to_csv(COLUMNS, sorted(rows))
+    The names of the files are dates. Activities are cut at midnight, and `gaps` are not written.
+    """
+    found = {}
+    for day in range(days):
+        zero = datetime.combine(first, time()) + timedelta(days=day)
+        rows = []
+        for one in segments:
+            begin, end = (round(min(max(at - day * DAY, 0.0), DAY)) for at in (one.start, one.end))
+            if one.activity != gaps and begin < end:
+                times = ((zero + timedelta(seconds=at)).isoformat() for at in (begin, end))
+                rows.append((*times, one.person, one.activity))
+        found[f"{zero:%Y-%m-%d}.csv"] = to_csv(COLUMNS, sorted(rows))
+    return found
 
 
 def _person(person: Person) -> Iterator[str]:
@@ -80,9 +88,21 @@ def _person(person: Person) -> Iterator[str]:
     yield f"begins = {_text(person.begins)}"
 
 
+def _use(name: str, use: UsualUse) -> str:
+    """Return the line of a table [uses] for a place or leaf."""
+    keys = [f'lasts = "{duration(use.lasts)}"'] if use.lasts is not None else []
+    keys += [f"varies = {_spread(use.varies)}"] if use.varies is not None else []
+    return f"{_key(name)} = {{ {', '.join(keys)} }}"
+
+
+def _spread(varies: Spread) -> str:
+    below, above = varies
+    return f"{below:g}" if below == above else f"[{below:g}, {above:g}]"
+
+
 def _activity(activity: RoutineActivity) -> Iterator[str]:
     yield f"[activity.{_key(activity.name)}]"
-    yield f"do = {_texts(activity.do)}"
+    yield f"do = {_steps(activity.do)}"
     if activity.meanwhile:
         yield "while = ["
         for row in activity.meanwhile:
@@ -92,9 +112,44 @@ def _activity(activity: RoutineActivity) -> Iterator[str]:
                 f"varies = {row.varies:g}{burst} }},"
             )
         yield "]"
+    elif not activity.usual_rest:
+        yield "while = []"
     if activity.labels:
         labels = (f"{_key(key)} = {_text(label)}" for key, label in activity.labels.items())
         yield f"labels = {{ {', '.join(labels)} }}"
+
+
+def _steps(do: tuple[str | StepGroup, ...], weights: Sequence[float] = ()) -> str:
+    """Return steps, or alternatives with their weights, as a TOML array."""
+    parts = []
+    for number, one in enumerate(do):
+        weight = weights[number] if weights else 1.0
+        parts.append(_text(one) if isinstance(one, str) else _group(one, weight))
+    return f"[{', '.join(parts)}]"
+
+
+def _group(group: StepGroup, weight: float) -> str:
+    """Return a group of steps as an inline table, with its weight as an alternative."""
+    key = "either" if group.weights else "do"
+    keys = [f"{key} = {_steps(group.do, group.weights)}"]
+    if weight != 1.0:
+        keys.append(f"weight = {weight:g}")
+    if not group.daily:
+        keys.append('drawn = "each time"')
+    if group.chance != 1.0:
+        keys.append(f"chance = {group.chance:g}")
+    if group.times != (1, 1):
+        least, largest = group.times
+        keys.append(f"times = {least if least == largest else [least, largest]}")
+    if group.any_order:
+        keys.append("any_order = true")
+    if group.varies is not None:
+        keys.append(f"varies = {_spread(group.varies)}")
+    if group.share is not None:
+        names = [name for name, share in SHARES.items() if share == group.share]
+        low, high = group.share
+        keys.append(f"during = {_text(names[0]) if names else f'[{low:g}, {high:g}]'}")
+    return f"{{ {', '.join(keys)} }}"
 
 
 def _filler(filler: Filler) -> Iterator[str]:

@@ -14,7 +14,7 @@ import io
 import math
 import random
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import date, datetime, time, timedelta
 from math import inf
@@ -190,7 +190,8 @@ def _person_segments(
         for number, point in enumerate([*points, None]):
             # The next entry cuts an activity short, and midnight if the activity does not go on.
             cut = max(later[number].start, now) if number < len(later) else inf
-            until = (day + 1) * DAY if point is None else cut
+            # An entry just after midnight can be drawn to before it.
+            until = min((day + 1) * DAY, cut) if point is None else cut
             while now < until:
                 activity, end = _draw_filler(
                     routine, person, draws.first, day, now, until, cut, doing, times, filling
@@ -227,6 +228,10 @@ def _draw_plan_entries(
         if plan.person == person.name and draws.first + timedelta(day) in plan.days:
             for place, entry in enumerate(plan.entries):
                 name = f"plan {number} {place}"
+                if entry.either:
+                    either = draws.stream(person.name, day, f"plan {number} {entry.either}")
+                    if not entry.share[0] <= either.uniform() < entry.share[1]:
+                        continue
                 stream = draws.stream(person.name, day, name)
                 if stream.uniform() < entry.chance:
                     found.append(_draw_plan_entry(entry, name, day * DAY, stream))
@@ -360,12 +365,20 @@ OTHER = "Other"
 def read(content: str, name: str) -> tuple[date, list[Segment]]:
     """Read a diary: a CSV file of the activities that persons do, with times.
 
+    The parameters are those of `read_all`, for one file, and so is what is returned.
+    """
+    return read_all({name: content})
+
+
+def read_all(contents: Mapping[str, str]) -> tuple[date, list[Segment]]:
+    """Read the files of a diary as one.
+
+    An activity that ends one file and begins the next, at the same time, is one.
+
     Parameters
     ----------
-    content : str
-        The text of the CSV file.
-    name : str
-        The file's name, used in errors.
+    contents : mapping of str to str
+        The text of each CSV file, by its name, which is used in errors.
 
     Returns
     -------
@@ -379,17 +392,14 @@ def read(content: str, name: str) -> tuple[date, list[Segment]]:
     InputError
         If a column or row is missing or wrong.
     """
-    rows = csv.DictReader(io.StringIO(content))
-    missing = [column for column in COLUMNS if column not in (rows.fieldnames or ())]
-    if missing:
-        raise InputError(f"{name}, line 1: the column {missing[0]!r} is missing")
-    read_rows = [(rows.line_num, *_row(row, f"{name}, line {rows.line_num}")) for row in rows]
+    read_rows = [(name, *row) for name, content in contents.items() for row in _rows(content, name)]
     if not read_rows:
-        raise InputError(f"{name} has no rows: add at least one activity")
-    first = min(start for _, start, *_ in read_rows).date()
+        raise InputError(f"{next(iter(contents))} has no rows: add at least one activity")
+    first = min(start for _, _, start, *_ in read_rows).date()
     midnight = datetime.combine(first, time())
     found: dict[str, list[Segment]] = {}
-    for line, start, end, person, activity in sorted(read_rows, key=lambda row: row[1:3]):
+    files: dict[str, str] = {}
+    for name, line, start, end, person, activity in sorted(read_rows, key=lambda row: row[2:4]):
         segments = found.setdefault(person, [])
         begins, ends = ((moment - midnight).total_seconds() for moment in (start, end))
         before = segments[-1].end if segments else 0.0
@@ -401,8 +411,22 @@ def read(content: str, name: str) -> tuple[date, list[Segment]]:
         if begins > before:
             segments.append(Segment(before, begins, person, OTHER))
         where = f"{name}, line {line}"
+        goes_on = begins == before and files.get(person, name) != name
+        files[person] = name
+        if goes_on and segments[-1].activity == activity:
+            begins, where = segments[-1].start, segments[-1].where
+            segments.pop()
         segments.append(Segment(begins, ends, person, activity, where))
     return first, [segment for segments in found.values() for segment in segments]
+
+
+def _rows(content: str, name: str) -> list[tuple[int, datetime, datetime, str, str]]:
+    """Return line, start, end, person and activity of each row of a diary's file."""
+    rows = csv.DictReader(io.StringIO(content))
+    missing = [column for column in COLUMNS if column not in (rows.fieldnames or ())]
+    if missing:
+        raise InputError(f"{name}, line 1: the column {missing[0]!r} is missing")
+    return [(rows.line_num, *_row(row, f"{name}, line {rows.line_num}")) for row in rows]
 
 
 def _row(row: dict[str, str], where: str) -> tuple[datetime, datetime, str, str]:

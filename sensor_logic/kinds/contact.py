@@ -12,9 +12,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from ..evidence import Cause, measured_cause
 from ..kind import POSES, Field, Kind, Preset
 from ..logs.wording import METRES, Lengths
 from ..model import Model, Reading, Update
@@ -116,6 +118,12 @@ PRESETS: tuple[Preset, ...] = (
 )
 
 
+def cause(track: Any, index: int) -> Cause:
+    """Return the cause of update `index` of a `Track`: the magnet and its distance."""
+    magnet = track.parameters_at(index).magnet
+    return measured_cause(track, index, [magnet] if magnet else [])
+
+
 KIND = Kind(
     "CONTACT",
     6,
@@ -138,6 +146,7 @@ KIND = Kind(
             tip="Distance from the contact to the magnet; infinite without a magnet",
         ),
     ),
+    cause=cause,
     model=DoorContact,
     needs={POSES: ()},
     presets=PRESETS,

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..evidence import rows_text
+from ..evidence import Cause, measured_cause, rows_of, rows_text
 from ..geometry.pixels import all_cells, pixel_directions
 from ..kind import RAYS, REFLECTANCE, Field, Kind, Preset, parts_with
 from ..logs.wording import METRES, Advice, Lengths
@@ -240,8 +240,8 @@ class DistanceSensor(Model):
         if zone < 0 or solids is None:
             self._hits = None, zone, ""
         elif self._hits[0] is not solids or self._hits[1] != zone:
-            met = solids.reshape(shape)[zone].tolist()
-            names = Counter(name for number in met if (name := update.name_of(number)))
+            each = solids.reshape(shape)[zone].tolist()
+            names = Counter(name for number in each if (name := update.name_of(number)))
             self._hits = solids, zone, rows_text(names.most_common())
         evidence = {"zone": zone, "hits": self._hits[2]}
         return Reading(self._near, nearest, fields, evidence)
@@ -466,6 +466,15 @@ DISTANCE = Field(
     tip="Distance of the nearest zone",
 )
 NEAR = Field("near", bool, quantity="proximity", tip="Whether the distance is below the threshold")
+
+
+def cause(track: Any, index: int) -> Cause:
+    """Return the cause of update `index` of a `Track`: what the rays of the nearest zone hit."""
+    zone = track.evidence.value("zone", index)
+    names = [name for name, _ in rows_of(track.evidence.value("hits", index))]
+    return measured_cause(track, index, names, f"zone {zone}" if zone >= 0 else "")
+
+
 KIND = Kind(
     "DISTANCE",
     5,
@@ -493,6 +502,7 @@ KIND = Kind(
         Field("zone", int, tip="Number of the nearest zone, row by row from the upper left one"),
         Field("hits", str, tip="Objects that its rays hit, with their numbers of rays"),
     ),
+    cause=cause,
     model=DistanceSensor,
     needs={RAYS: (), REFLECTANCE: (("target", "MATERIAL"),)},
     in_room=True,

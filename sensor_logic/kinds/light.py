@@ -13,14 +13,15 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
 from .. import physics
-from ..evidence import rows_text
+from ..evidence import Cause, measured_cause, rows_of, rows_text
 from ..kind import LIGHT, Field, Kind, Preset
 from ..logs.wording import METRES, Advice, Lengths
-from ..model import LightSample, Model, Reading, Update
+from ..model import LightSample, LightShare, Model, Reading, Update
 from ..parameters import READING, Choice, FormerChoice, Parameters, parameter
 
 # Photoresistor (LDR): its resistance as a function of light, and its response to changes.
@@ -542,6 +543,49 @@ LUX_FIELD = Field(
     tip="Illuminance of the sensor's face, as the sensor reports it",
     **ILLUMINANCE,
 )
+# A lamp counts as changed if its light changed by more than this fraction of all light.
+NOTABLE = 0.01
+
+
+def shares_at(track: Any, index: int) -> tuple[LightShare, ...]:
+    """Return the light of each source at an update; empty if they cannot be told apart."""
+    rows = rows_of(track.evidence.value("shares", index)) if index >= 0 else ()
+    return tuple(LightShare(tuple(names), source, light) for names, source, light in rows)
+
+
+def given(shares: Iterable[LightShare]) -> float:
+    """Return the total light of all sources except negative lamps, which take light away."""
+    return sum(max(share.light, 0.0) for share in shares)
+
+
+def most_changed(track: Any, index: int) -> tuple[LightShare, LightShare] | None:
+    """Return the source whose light changed most: its light at the update before and at this one.
+
+    Return None if no light changed notably.
+    """
+    now, before = shares_at(track, index), shares_at(track, index - 1)
+    if not before or not now:
+        return None
+    then, since = ({(s.names, s.source): s for s in found} for found in (before, now))
+    pairs = [
+        (then.get(key, LightShare(*key, 0.0)), since.get(key, LightShare(*key, 0.0)))
+        for key in dict.fromkeys([*since, *then])
+    ]
+    best = max(pairs, key=lambda pair: abs(pair[1].light - pair[0].light))
+    whole = max(given(now), given(before), 1e-9)
+    return best if abs(best[1].light - best[0].light) > NOTABLE * whole else None
+
+
+def cause(track: Any, index: int) -> Cause:
+    """Return the cause of update `index` of a `Track`: the source whose light changed most."""
+    found = most_changed(track, index)
+    if found is None:
+        return measured_cause(track, index, ())
+    before, after = found
+    measure = track.reading_at(index).name
+    return Cause(after.names, after.source, measure, before.light, after.light)
+
+
 KIND = Kind(
     "LIGHT",
     4,
@@ -573,6 +617,7 @@ KIND = Kind(
         ),
         Field("note", str, tip="A remark on the measured light"),
     ),
+    cause=cause,
     model=LightSensor,
     needs={LIGHT: ()},
     in_room=True,

@@ -13,10 +13,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from ..evidence import names_hit
+from ..evidence import Cause, measured_cause, names_hit
 from ..geometry.sweep import RayCrossings, no_crossings
 from ..geometry.trees import Index
 from ..kind import CROSSINGS, RAYS, Field, Kind, Preset
@@ -271,7 +272,7 @@ class SlottedSwitch(Model):
     def _sense_plain(self, parameters: OpticalSwitchParameters, updates: Updates) -> Readings:
         """Return the readings of a switch that has no noise and is not swept."""
         rays = self._rays(parameters, updates.pose)
-        answers = updates.ask(RAYS, 0, *rays, which=np.flatnonzero(updates.due))
+        answers = updates.ask(RAYS, 0, *rays, indices=np.flatnonzero(updates.due))
         ranges = np.asarray(answers.table)
         hit = ranges < rays[2]
         ranges = np.where(hit, ranges + parameters.range_min, parameters.range_max)
@@ -435,6 +436,17 @@ PRESETS: tuple[Preset, ...] = (
 )
 
 
+def cause(track: Any, index: int) -> Cause:
+    """Return the cause of update `index` of a `Track`: what breaks the beam, or did before."""
+    objects, ranges = [track.evidence.value("object", index)], track.columns["range_m"]
+    if track.active[index]:
+        # An open switch was opened by what broke the beam at the update before.
+        threshold = track.parameters_at(index).threshold
+        broken = index > 0 and ranges[index - 1] < threshold
+        objects = [track.evidence.value("object", index - 1)] if broken else []
+    return measured_cause(track, index, filter(None, objects))
+
+
 KIND = Kind(
     "OPTICAL_SWITCH",
     2,
@@ -462,6 +474,7 @@ KIND = Kind(
         Field("light", float, tip="Share of the light that passes at the update"),
         Field("steps_ago", float, tip="Steps from the crossing to the update, if one closed it"),
     ),
+    cause=cause,
     model=SlottedSwitch,
     needs={RAYS: (), CROSSINGS: (("swept", True),)},
     presets=PRESETS,

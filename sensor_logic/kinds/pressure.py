@@ -21,9 +21,9 @@ from typing import Any
 import numpy as np
 
 from .. import physics
-from ..evidence import rows_text
+from ..evidence import Cause, measured_cause, rows_of, rows_text
 from ..kind import FORCES, Field, Kind, Preset
-from ..logs.wording import METRES, Lengths, joined, typed
+from ..logs.wording import METRES, Lengths, joined, split, typed
 from ..model import Model, PadContact, Pose, Reading, Update
 from ..parameters import Choice, Parameters, parameter
 
@@ -687,6 +687,16 @@ FORCE = Field(
     quantity="force",
     tip="Force on the pad, along its +Z axis",
 )
+
+
+def cause(track: Any, index: int) -> Cause:
+    """Return the cause of update `index` of a `Track`: what presses on the pad, or did before."""
+    names = [name for name, _ in rows_of(track.evidence.value("shares", index))]
+    if not names and index:
+        names = split(track.columns["partners"][index - 1])
+    return measured_cause(track, index, names)
+
+
 KIND = Kind(
     "PRESSURE",
     3,
@@ -733,6 +743,7 @@ KIND = Kind(
         Field("shares", str, tip="Objects that press on the pad, with their forces in N"),
         Field("own_weight_n", float, "N", tip="The pad's own weight in the force"),
     ),
+    cause=cause,
     model=PressurePad,
     needs={FORCES: ()},
     presets=PRESETS,

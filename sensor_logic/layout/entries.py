@@ -3,7 +3,8 @@
 
 A layout is a list of sensors, or an object with such a list under the key `sensors`. A key without
 a value keeps the value of an existing sensor, and gives a new sensor the default. `others_enabled`
-switches on or off all sensors of the home that are not in the layout.
+switches on or off all sensors of the home that are not in the layout. `marks` say what residents do
+at objects.
 """
 
 from __future__ import annotations
@@ -24,6 +25,8 @@ from ..parameters import FormerChoice, Spec, defaults, former_choice, specs
 
 # The key that switches on or off all sensors that the layout does not name.
 OTHERS = "others_enabled"
+# The key of the marks of objects, by the names of the objects.
+MARKS = "marks"
 # The largest numbers that Blender stores: in single precision, and as an integer.
 LARGEST = 3.4028234e38
 LARGEST_WHOLE = 2**31 - 1
@@ -102,6 +105,43 @@ def _anything(value: Any) -> str:
     return ""
 
 
+def _empty(value: Any) -> str:
+    """Return the problem of the description of an empty ("" if valid)."""
+    if not isinstance(value, dict):
+        return f'{_object(value)}, such as {{"location": [0, 0, 1]}}'
+    for key, given in value.items():
+        if key not in EMPTY_KEYS:
+            return f"has the unknown key '{key}': {hint(key, EMPTY_KEYS)}"
+        if problem := KEYS[key](given):
+            return f"has a wrong {key}: it {problem}"
+    if "relative_to" in value and "location" not in value:
+        return "has relative_to without a location"
+    return ""
+
+
+def _lines(value: Any) -> str:
+    if not isinstance(value, list):
+        return "must be a list of its lines"
+    problem = next(filter(None, map(_text, value)), "")
+    return f"has a line that {problem}" if problem else ""
+
+
+def _by_name(problem_of: Callable[[Any], str]) -> Callable[[Any], str]:
+    """Return a function for the problem of an object in { } whose values `problem_of` checks."""
+
+    def problem_of_all(value: Any) -> str:
+        if not isinstance(value, dict):
+            return "must be an object in { } with a name for each"
+        for name, one in value.items():
+            if problem := _name(name):
+                return f"has a name that {problem}"
+            if problem := problem_of(one):
+                return f"'{name}' {problem}"
+        return ""
+
+    return problem_of_all
+
+
 # The keys of a sensor, each with a function that returns the problem of a value ("" if valid).
 KEYS: dict[str, Callable[[Any], str]] = {
     "name": _name,
@@ -118,12 +158,16 @@ KEYS: dict[str, Callable[[Any], str]] = {
     "bounds": _bounds,
     "preset": _text,
     "parameters": _object,
+    "empties": _by_name(_empty),
+    "texts": _by_name(_lines),
     "library": _text,
     # Written by `list --json` and ignored here.
     "simulated": _anything,
     "reading": _anything,
     "units": _anything,
 }
+# The keys of an empty, such as the magnet of a door contact.
+EMPTY_KEYS = ("location", "relative_to", "parent", "collection")
 
 
 @dataclass(frozen=True)
@@ -157,6 +201,26 @@ class LayoutEntry:
     def error(self, text: str, *key: str) -> InputError:
         """Return an error whose text names the line of the value at the path `key`."""
         return InputError(f"{self.where(*key)}: {text}")
+
+    @property
+    def empties(self) -> list[LayoutEntry]:
+        """The empties that the sensor refers to, as entries without a solid."""
+        return [
+            self.inside({"name": name, "bounds": None, **values}, "empties", name)
+            for name, values in self.values.get("empties", {}).items()
+        ]
+
+    @property
+    def texts(self) -> dict[str, str]:
+        """The texts that the sensor refers to, by name."""
+        given = self.values.get("texts", {})
+        return {name: "".join(f"{line}\n" for line in lines) for name, lines in given.items()}
+
+    def inside(self, values: Mapping[str, Any], *key: str) -> LayoutEntry:
+        """Return an entry with the lines below the path `key` of this entry."""
+        depth = len(key)
+        lines = {path[depth:]: line for path, line in self.lines.items() if path[:depth] == key}
+        return LayoutEntry(self.file, values, lines)
 
     def settings(self, kind: Kind) -> dict[str, Any]:
         """Return the parameters that the keys `preset` and `parameters` set, by name.
@@ -216,12 +280,21 @@ def _type_problem(default: Any, spec: Spec, value: Any) -> str:
 class Layout:
     """The content of a layout.
 
-    `others` is an entry without a name, for all sensors of the home that are not in `sensors`. If
-    it is None, these sensors stay as they are.
+    Attributes
+    ----------
+    sensors
+        An entry for each sensor.
+    others
+        An entry without a name, for all sensors of the home that are not in `sensors`. If it is
+        None, these sensors stay as they are.
+    marks
+        An entry for each marked object, with its name and the properties of its mark. None if the
+        layout says nothing of marks.
     """
 
     sensors: list[LayoutEntry]
     others: LayoutEntry | None = None
+    marks: list[LayoutEntry] | None = None
 
 
 def read_layout(path: Path) -> Layout:
@@ -229,9 +302,9 @@ def read_layout(path: Path) -> Layout:
     name = str(path)
     found, lines = read_json(read_text(path), name)
     top: KeyPath = ()
-    others = None
+    others = marks = None
     if isinstance(found, dict):
-        unknown = [key for key in found if key not in ("$schema", "sensors", OTHERS)]
+        unknown = [key for key in found if key not in ("$schema", "sensors", OTHERS, MARKS)]
         if unknown or "sensors" not in found:
             line = lines[tuple(unknown[:1])]
             problem = f"'{unknown[0]}' is unknown" if unknown else "'sensors' is missing"
@@ -243,6 +316,8 @@ def read_layout(path: Path) -> Layout:
             others = LayoutEntry(name, {"enabled": found[OTHERS]}, {(): lines[(OTHERS,)]})
             if problem := _yes_or_no(found[OTHERS]):
                 raise others.error(f"{OTHERS} {problem}")
+        if MARKS in found:
+            marks = _marks(LayoutEntry(name, found, lines))
         found, top = found["sensors"], ("sensors",)
     if not isinstance(found, list):
         raise InputError(f"{name}, line {lines[top]}: sensors must be a list in [ ]")
@@ -255,7 +330,18 @@ def read_layout(path: Path) -> Layout:
         _check_entry(LayoutEntry(name, *pair)) for pair in zip(found, entry_lines, strict=True)
     ]
     _check_names(entries)
-    return Layout(entries, others)
+    return Layout(entries, others, marks)
+
+
+def _marks(top: LayoutEntry) -> list[LayoutEntry]:
+    """Return the marks of a layout, given as the entry of the whole file."""
+    problem = _by_name(_object)(top.values[MARKS])
+    if problem:
+        raise InputError(f"{top.file}, line {top.lines[(MARKS,)]}: {MARKS} {problem}")
+    return [
+        top.inside({**values, "name": name}, MARKS, name)
+        for name, values in top.values[MARKS].items()
+    ]
 
 
 def _check_entry(entry: LayoutEntry) -> LayoutEntry:
@@ -294,6 +380,7 @@ def _key_hint(key: str, values: Mapping[str, Any]) -> str:
 def _check_names(entries: Iterable[LayoutEntry]) -> None:
     """Raise InputError if two entries name the same sensor."""
     seen: dict[tuple[str, str], LayoutEntry] = {}
+    entries = list(entries)
     for entry in entries:
         key = entry.name, entry.values.get("library", "")
         if key in seen:
@@ -302,3 +389,13 @@ def _check_names(entries: Iterable[LayoutEntry]) -> None:
                 "two, or give it another name"
             )
         seen[key] = entry
+    made: dict[str, tuple[LayoutEntry, Any]] = {}
+    for entry in entries:
+        texts = ((name, entry, "texts", lines) for name, lines in entry.texts.items())
+        empties = ((one.name, one, "empties", one.values) for one in entry.empties)
+        for name, where, key_of, value in (*texts, *empties):
+            other = made.setdefault(f"{key_of}/{name}", (where, value))[1]
+            if other != value:
+                raise where.error(f"the layout describes '{name}' twice, in two ways", key_of, name)
+            if (name, "") in seen and key_of == "empties":
+                raise where.error("a sensor of the layout has this name: give the empty another")

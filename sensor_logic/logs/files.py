@@ -8,20 +8,24 @@ import importlib
 import os
 import re
 import tempfile
+import unicodedata
 import zlib
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, Self
 
-from .error import AngenError, InputError, explained, replaced
+from .error import AngenError, InputError, decoded, explained, replaced
 
 # Windows has no `fcntl`, but on Windows an open file cannot be removed, which serves as the lock.
-fcntl: Any = importlib.import_module("fcntl") if os.name == "posix" else None
+SYSTEM = os.name
+fcntl: Any = importlib.import_module("fcntl") if SYSTEM == "posix" else None
 
 # The names of temporary files. Blender adds an @ while it saves.
 OURS = re.compile(r"(\.angen-\w{8,12})(?:-\d+)?\.(?:part|blend|lock)@?")
 # Names that Windows reserves for devices, with any suffix.
 DEVICES = re.compile(r"CON|PRN|AUX|NUL|(?:COM|LPT)[0-9¹²³]", re.IGNORECASE)
+# The greatest length of a file's name without suffix and number, in bytes: file systems take 255.
+LONGEST = 240
 # The content of a file. An iterable of its parts is consumed once, while the file is written.
 Content = str | bytes | Iterable[str] | Iterable[bytes]
 
@@ -35,15 +39,36 @@ def check_folder(folder: Path, what: str) -> None:
         raise InputError(f"{what}: the folder {folder} does not exist; make it first")
     if not folder.is_dir():
         raise InputError(f"{what}: {folder} is not a folder")
+    # The name is as long as the longest temporary one, since systems limit the length of a path.
     with explained(f"{what}: cannot write in {folder}", OSError):
-        tempfile.TemporaryFile(dir=folder).close()
+        tempfile.NamedTemporaryFile(prefix=".angen-", suffix="-999.blend@", dir=folder).close()
+
+
+def check_target(path: Path, what: str) -> None:
+    """Raise AngenError if `path` is a file that cannot be replaced.
+
+    Windows replaces no file that another program has open in the usual way, as Excel does, and
+    no file that is read-only. The message begins with `what`.
+    """
+    if not path.is_file():
+        return
+    try:
+        # To its own name: this needs the right to replace the file, and changes nothing.
+        target = path.resolve()
+        target.rename(target)
+    except PermissionError:
+        raise AngenError(
+            f"{what}: another program has {path} open: close it there, or give another name"
+        ) from None
+    if SYSTEM == "nt" and not os.access(path, os.W_OK):
+        raise AngenError(f"{what}: {path} is read-only: give another name")
 
 
 def read_text(path: Path) -> str:
     """Return the text of a file that a user named. Raise InputError if it cannot be read."""
     with (
         explained(f"cannot read {path}", OSError),
-        replaced(f"{path} is not a text file in UTF-8", UnicodeDecodeError),
+        decoded(path),
     ):
         return path.read_text(encoding="utf-8-sig")
 
@@ -112,11 +137,18 @@ class WholeFiles:
                 file.flush()
                 os.fsync(file.fileno())
 
+    def check_targets(self) -> None:
+        """Raise AngenError if a target is a file that cannot be replaced."""
+        for _part, target in self._waiting:
+            with _named_errors(target):
+                check_target(target, "nothing was written")
+
     def commit(self) -> None:
         """Move the files to their targets, in the order in which they were added.
 
-        Raise AngenError if one cannot be moved.
+        If one of the targets cannot be replaced, move none and raise AngenError.
         """
+        self.check_targets()
         for path, content in self._streams.items():
             with _named_errors(path), open(path, "wb") as file:
                 file.writelines(_encoded(content))
@@ -190,23 +222,30 @@ def _remove(*paths: Path) -> None:
 def file_names(sensors: Iterable[str]) -> dict[str, str]:
     """Return the name of the sample file of each sensor.
 
-    It is the sensor's name, with `_` in place of characters that file systems reject. If two files
-    would have the same name (ignoring case), one of them gets a number. A sensor whose name needed
-    no change gets no number.
+    It is the sensor's name, with `_` in place of characters that file systems reject, and without
+    the end of a name that is too long. If two files would be the same one on some system, one of
+    them gets a number: macOS and Windows ignore case, and macOS how accents are encoded. A sensor
+    whose name needed no change gets no number.
     """
     sensors = list(sensors)
     found: dict[str, str] = {}
     taken: set[str] = set()
     for sensor in sorted(sensors, key=lambda name: (_stem(name) != name, name)):
         stem, number = _stem(sensor), 1
-        while stem.casefold() in taken:
+        while _folded(stem) in taken:
             number += 1
             stem = f"{_stem(sensor)}-{number}"
-        taken.add(stem.casefold())
+        taken.add(_folded(stem))
         found[sensor] = f"{stem}.csv"
     return {sensor: found[sensor] for sensor in sensors}
 
 
 def _stem(sensor: str) -> str:
-    stem = re.sub(r'[<>:"/\\|?*\x00-\x1f]', "_", sensor).strip(" .") or "_"
+    stem = re.sub(r'[<>:"/\\|?*\x00-\x1f]', "_", sensor)
+    stem = stem.encode(errors="surrogatepass")[:LONGEST].decode(errors="ignore").strip(" .") or "_"
     return f"{stem}_" if DEVICES.fullmatch(stem.partition(".")[0].strip()) else stem
+
+
+def _folded(stem: str) -> str:
+    """Return a text that is equal for all stems that name one file on some system."""
+    return unicodedata.normalize("NFC", unicodedata.normalize("NFD", stem).casefold())

@@ -12,13 +12,13 @@ import dataclasses
 import io
 import math
 from collections import defaultdict
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from datetime import UTC, date, datetime, timedelta
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
-from .error import InputError, replaced
+from .error import InputError, decoded, replaced
 
 # The name of the column with dates and times.
 COLUMN = "time"
@@ -139,30 +139,40 @@ def to_csv(header: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
     return rows_of([header, *rows])
 
 
-def rows_of(rows: Iterable[Iterable[str]]) -> str:
+def rows_of(rows: Iterable[Iterable[str]], separator: str = ",") -> str:
     """Return the rows as CSV, without a header."""
     out = io.StringIO()
-    csv.writer(out).writerows(rows)
+    csv.writer(out, delimiter=separator).writerows(rows)
     return out.getvalue()
 
 
-def for_spreadsheets(text: str) -> str:
-    """Return CSV in which spreadsheets read no cell as a formula.
+def for_spreadsheets(pieces: Iterable[str], decimal_comma: bool = False) -> Iterator[str]:
+    """Yield a CSV file, given in pieces of whole rows, as a spreadsheet opens it by a double click.
 
-    A cell that begins with = + - or @ gets an apostrophe in front. Numbers stay as they are.
+    A byte order mark says that the text is UTF-8. A cell that begins with = + - or @ and is no
+    number gets an apostrophe in front, so that it is not read as a formula.
+
+    Parameters
+    ----------
+    pieces
+        The CSV file.
+    decimal_comma
+        Whether to write 0,5 for 0.5 and separate cells by semicolons, as a spreadsheet in German
+        or Swedish expects. A line `sep=,` would make Excel ignore the byte order mark.
     """
-    rows = csv.reader(io.StringIO(text, newline=""))
-    return rows_of([_no_formula(cell) for cell in row] for row in rows)
+    yield "\ufeff"
+    separator = ";" if decimal_comma else ","
+    for piece in pieces:
+        rows = csv.reader(io.StringIO(piece, newline=""))
+        yield rows_of(([_sheet_cell(c, decimal_comma) for c in row] for row in rows), separator)
 
 
-def _no_formula(cell: str) -> str:
-    if not cell.startswith(("=", "+", "-", "@", "\t", "\r")):
-        return cell
+def _sheet_cell(cell: str, decimal_comma: bool) -> str:
     try:
         float(cell)
     except ValueError:
-        return f"'{cell}"
-    return cell
+        return f"'{cell}" if cell.startswith(("=", "+", "-", "@", "\t", "\r")) else cell
+    return cell.replace(".", ",") if decimal_comma else cell
 
 
 def rows_csv(found: Iterable[Event[float]], start: datetime | None = None) -> str:
@@ -181,7 +191,7 @@ def read_events(path: Path) -> list[Event[float]]:
     Raise InputError if a line is not valid, or OSError if the file cannot be read.
     """
     # "-sig" skips the byte order mark that spreadsheets write.
-    with open(path, newline="", encoding="utf-8-sig") as file:
+    with decoded(path), open(path, newline="", encoding="utf-8-sig") as file:
         reader = csv.reader(file)
         try:
             header = tuple(next(reader, ()))
@@ -191,7 +201,7 @@ def read_events(path: Path) -> list[Event[float]]:
             rows = reader if header == HEADER else ()
             found = [_read_event(row, dated, reader.line_num) for row in rows]
         except UnicodeDecodeError:
-            raise InputError(f"{path} is not a text file in UTF-8") from None
+            raise
         except (ValueError, csv.Error):
             raise InputError(f"{path}: line {reader.line_num} is not an event") from None
     if header != HEADER:

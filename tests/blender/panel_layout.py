@@ -128,13 +128,16 @@ def panel_of(name):
 
 
 def drawn(name, opened=True):
-    """Return the items that a panel draws in the present context, with its header."""
+    """Return the items that a panel draws in the present context, with its header.
+
+    The button that opens the panel's page of the docs is left out.
+    """
     cls = panel_of(name)
     assert not hasattr(cls, "poll") or cls.poll(bpy.context)
     layout = Layout(opened=opened)
     panel = SimpleNamespace(layout=layout)
     for part in ("draw_header", "draw_header_preset", "draw"):
-        if hasattr(cls, part):
+        if hasattr(cls, part) and not (part == "draw_header_preset" and hasattr(cls, "help_page")):
             getattr(cls, part)(panel, bpy.context)
     return layout
 

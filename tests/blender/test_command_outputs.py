@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`angen` never writes over its inputs, writes all outputs or none, and none if it is stopped."""
 
-import errno
 import os
 import signal
 import subprocess
@@ -13,6 +12,7 @@ import bpy
 import pytest
 from commands import ROOT, listing, start
 from tiers import mostly_slow
+from tutorials import shell as posix_shell
 
 HEADER = "time_s,frame,sensor,kind,field,value\r\n"
 
@@ -179,7 +179,7 @@ def shell(home, text, **options):
     """Run a shell command, in which ANGEN stands for `python -m angen_addon simulate HOME`."""
     run = f"'{sys.executable}' -m angen_addon simulate '{home}' --quiet"
     return subprocess.run(
-        ["sh", "-c", text.replace("ANGEN", run)],
+        [posix_shell(), "-c", text.replace("ANGEN", run)],
         cwd=ROOT,
         capture_output=True,
         text=True,
@@ -223,27 +223,18 @@ def test_names_that_are_formulas(home, command, world, tmp_path):
     log, sheet = tmp_path / "log.csv", tmp_path / "sheet.csv"
     assert command("simulate", "--events", log)[0] == 0
     assert command("simulate", "--events", sheet, "--spreadsheet")[0] == 0
-    assert ",=cmd()" in log.read_text() and ",=cmd()" not in sheet.read_text()
-    assert sheet.read_text().replace("'=cmd", "=cmd") == log.read_text()
+    shown = sheet.read_text(encoding="utf-8-sig")
+    assert ",=cmd()" in log.read_text() and ",=cmd()" not in shown
+    assert shown.replace("'=cmd", "=cmd") == log.read_text()
     assert bpy.ops.angen.simulate() == {"FINISHED"}
     bpy.ops.angen.export_events(filepath=str(tmp_path / "window.csv"), spreadsheet=True)
     assert (tmp_path / "window.csv").read_bytes() == sheet.read_bytes()
-
-
-def test_a_file_is_saved_where_only_files_open_for_writing_are_flushed(
-    home, tmp_path, addon_part, monkeypatch
-):
-    """Windows has no `fsync` of a file that is open for reading only."""
-    fcntl = pytest.importorskip("fcntl")
-    output_files, flush = addon_part("angen_addon.output.output_files"), os.fsync
-
-    def flush_as_windows_does(handle):
-        if fcntl.fcntl(handle, fcntl.F_GETFL) & os.O_ACCMODE == os.O_RDONLY:
-            raise OSError(errno.EBADF, os.strerror(errno.EBADF))
-        flush(handle)
-
-    monkeypatch.setattr(os, "fsync", flush_as_windows_does)
-    with output_files.Outputs() as outputs:
-        outputs.save_blend(tmp_path / "saved.blend")
-        outputs.commit()
-    assert (tmp_path / "saved.blend").stat().st_size > 1000
+    samples = ["--spreadsheet", "comma", "--samples", tmp_path / "comma"]
+    assert command("simulate", "--events", sheet, *samples)[0] == 0
+    options = {"spreadsheet": True, "decimal_comma": True}
+    bpy.ops.angen.export_events(filepath=str(tmp_path / "window.csv"), **options)
+    assert (tmp_path / "window.csv").read_bytes() == sheet.read_bytes()
+    assert sheet.read_bytes().startswith(b"\xef\xbb\xbftime_s;frame;sensor;kind;field;value\r\n0,0")
+    bpy.ops.angen.export_samples(directory=str(tmp_path), folder="window", **options)
+    assert listing(tmp_path / "comma") == listing(tmp_path / "window")
+    assert (tmp_path / "comma" / "a.csv").read_bytes().count(b"\xef\xbb\xbf") == 1

@@ -219,6 +219,7 @@ def workers_do(monkeypatch: Any) -> Callable[[str], None]:
     return do
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="has no SIGKILL")
 def test_the_day_of_a_process_that_is_killed_is_made_by_another(
     day: Any, home: Path, lived: Callable[..., Path], workers_do: Any
 ) -> None:
@@ -234,6 +235,37 @@ def test_the_day_of_a_process_that_is_killed_is_made_by_another(
     assert content(home.parent / "both") == LIVED[2]
 
 
+def test_a_process_that_crashes_with_the_status_of_windows_is_told(
+    day: Any, home: Path, lived: Callable[..., Path], workers_do: Any
+) -> None:
+    """There a crash has a positive status: 0xC0000005 is an access violation."""
+    lived(2)
+    workers_do("os._exit(0xC5)")
+    status, told = day("--jobs", 2, out="both")
+    assert told.splitlines()[0] == (
+        "angen: a process of --jobs was ended with status 0xc5; another process simulates "
+        "2026-03-03 again"
+    )
+    assert status == 0
+    assert content(home.parent / "both") == LIVED[2]
+
+
+def test_ctrl_c_in_a_terminal_of_windows_reaches_no_worker(monkeypatch: Any) -> None:
+    """There it reaches all processes of a group."""
+    given: dict[str, Any] = {}
+
+    def start(command: list[str], **options: Any) -> Any:
+        given.update(options)
+        raise OSError
+
+    monkeypatch.setattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0x200, raising=False)
+    monkeypatch.setattr(subprocess, "Popen", start)
+    shared = jobs.SharedDays(None, [1, 2], 1)  # type: ignore[arg-type]
+    with pytest.raises(OSError), shared:
+        pass
+    assert given["creationflags"] == 0x200 and given["start_new_session"]
+
+
 def started(home: Path, days: int) -> subprocess.Popen[str]:
     """Start `angen day --jobs 2`, and wait until the second process has a day."""
     words = words_of(home, "--jobs", 2, out="both", days=days)
@@ -246,7 +278,7 @@ def started(home: Path, days: int) -> subprocess.Popen[str]:
 
 
 def workers_of(process: int) -> list[int]:
-    found = Path(f"/proc/{process}/task/{process}/children").read_text().split()
+    found = Path(f"/proc/{process}/task/{process}/children").read_text(encoding="utf-8").split()
     workers = []
     for child in found:
         # Blender starts other processes too, which end at once.
@@ -359,6 +391,23 @@ def test_what_a_diary_begins_with_at_midnight_was_begun_before(
     assert (acted.where[0].posture, acted.where[0].place) == ("lying", "Bed")
     sleep = acted.activities[0]
     assert (sleep.activity, sleep.start) == ("Sleep", 0.0) and sleep.end == pytest.approx(7 * 3600)
+
+
+def test_a_folder_of_diaries_is_one_diary(
+    home: Path, addon_part: Callable[[str], Any], tmp_path: Path
+) -> None:
+    run, routine = addon_part("residents.blender.run"), home.parent / "week.toml"
+    one, folder = tmp_path / "one.csv", tmp_path / "days"
+    night = "2026-03-02 22:00,{},anna,Sleep\n", "{},2026-03-03 07:00,anna,Sleep\n"
+    head, midnight = "start,end,person,activity\n", "2026-03-03 00:00"
+    one.write_text(head + night[0].format("2026-03-03 07:00"))
+    folder.mkdir()
+    error = addon_part("sensor_logic.logs.error").InputError
+    with pytest.raises(error, match="days has no diary: name a folder with CSV files"):
+        run.Plan.read(routine, folder)
+    for name, row in zip(("2026-03-02.csv", "2026-03-03.csv"), night, strict=True):
+        folder.joinpath(name).write_text(head + row.format(midnight))
+    assert run.Plan.read(routine, folder).diary == run.Plan.read(routine, one).diary
 
 
 def test_a_process_that_fails_ends_the_run_with_the_days_that_are_made(

@@ -80,6 +80,42 @@ def test_a_stretch_is_shown_sensed_and_left_again(scene: Any, world: Any) -> Non
     assert set(bpy.data.actions.keys()) == actions
 
 
+def test_what_the_resident_uses_is_in_use_while_it_is_used(
+    scene: Any, addon_part: Any, capfd: Any
+) -> None:
+    followed = addon_part("residents.blender.followed_day")
+    bpy.data.objects["Bed"].angen_use.in_use = True
+    bpy.ops.angen.day_read()
+    item = scene.angen_day.done[1]
+    assert bpy.ops.angen.day_show(index=1) == {"FINISHED"}
+
+    def used(name: str, time: float) -> bool:
+        scene.frame_set(round(1 + 10 * time))
+        evaluated = bpy.data.objects[name].evaluated_get(bpy.context.evaluated_depsgraph_get())
+        assert evaluated.angen_use.in_use == bpy.data.objects[name].angen_use.in_use
+        return evaluated.angen_use.in_use
+
+    middle = (item.start + item.end) / 2
+    assert [used("Seat", time) for time in (item.start, middle, item.end - 1)] == [
+        False,
+        True,
+        True,
+    ]
+    assert used("Bed", item.start - 1) and not used("Bed", middle)
+    assert not used("Lamp", item.start - 1) and used("Lamp", middle)
+    # Only what is used has keys.
+    assert bpy.data.objects["wall 0"].animation_data is None
+    scene.frame_set(round(1 + 10 * middle))
+    bpy.context.view_layer.update()
+    stale = followed.why_stale(scene)
+    assert not stale, stale
+    bpy.ops.angen.day_leave()
+    now = {name: bpy.data.objects[name].angen_use.in_use for name in ("Seat", "Bed", "Lamp")}
+    assert now == {"Seat": False, "Bed": True, "Lamp": False}
+    assert bpy.data.objects["Seat"].animation_data is None
+    assert "Error" not in capfd.readouterr().err
+
+
 def test_leaving_the_day_brings_the_homes_recording_back(scene: Any, addon_part: Any) -> None:
     """Also where the shown activity was simulated meanwhile."""
     results = addon_part("angen_addon.recording.results").RESULTS

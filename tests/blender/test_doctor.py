@@ -203,6 +203,7 @@ def under_a_chair():
 flat = setting("Chair 1", "scale", (1.0, 1.0, 0.0))
 beam_of_nothing = setting("Switch", "angen_sensor.optical_switch.threshold", 0.001)
 no_magnet = setting("Switch", "angen_sensor.kind", "CONTACT")
+plugless = setting("Switch", "angen_sensor.kind", "APPLIANCE")
 hidden = setting("Chair 1", "hide_viewport", True)
 cold = setting("Person", "angen_warmth.use_temperature", False)
 sixty_watts, dark = setting("Lamp", "data.energy", 60.0), setting("Lamp", "data.energy", 0.0)
@@ -214,6 +215,7 @@ BAD = {
     "background": (background, "of the background set 'Street': 'House'", "Clear Background Set"),
     "unreachable": (beam_of_nothing, "'Switch': the threshold (0.001 m) is not", "Raise"),
     "names_none": (no_magnet, "'Switch' has no magnet", "Choose its Magnet"),
+    "watches": (plugless, "'Switch' watches no object", "Choose what it Watches"),
     "hidden": (hidden, "'Chair 1'", "Show them"),
     "no_faces": (bare, "'Chair 1'", "Fill the edges with faces"),
     "holes": (no_ceiling, "The room of 'Detector', 'Light' is open above", "a ceiling"),

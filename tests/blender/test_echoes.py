@@ -28,7 +28,7 @@ class Radar:
         if frame is not None:
             self.scene.frame_set(frame)
         depsgraph = bpy.context.evaluated_depsgraph_get()
-        self.probes.look(depsgraph, None)
+        self.probes.look(depsgraph)
         directions = np.asarray(directions, np.float64)
         units = 1.0 / self.scene.unit_settings.scale_length
         rays = np.zeros_like(directions), directions, np.full(len(directions), length * units)
@@ -36,7 +36,7 @@ class Radar:
         self.past = [one for one in self.past if one[0] < time][-steps:]
         self.past.append((time, self.probes.places.at(0)))
         probe = self.probes.surfaces[ECHOES]
-        return probe.see(depsgraph, -1, 0, rays, None, frequency, 0.1, [self.past])[0]
+        return probe.see(-1, 0, rays, None, frequency, 0.1, [self.past])[0]
 
 
 @pytest.fixture

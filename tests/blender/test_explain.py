@@ -10,6 +10,7 @@ import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.explain.explain import explain
 from bl_ext.user_default.angen_sensors.angen_addon.scene.light import probe
 from bl_ext.user_default.angen_sensors.angen_addon.scene.light.cycles import Light as light
+from bl_ext.user_default.angen_sensors.sensor_logic.kinds.light import shares_at
 from bl_ext.user_default.angen_sensors.sensor_logic.logs.error import AngenError
 from bl_ext.user_default.angen_sensors.sensor_logic.recording.file import from_bytes, to_bytes
 from light_stage import lamp, material, plate, sky
@@ -213,7 +214,7 @@ def test_what_is_explained_is_the_run_whatever_the_scene_is_now(world, explained
     sensors = world.pir(rays=1), world.switch(range_max=3.0, threshold=2.0)
     recording = world.run()
     told = [explained(sensor, 4, recording)[1] for sensor in sensors]
-    assert [one.cause.cause_name for one in told] == ["Box", "Box"]
+    assert [one.cause_name for one in told] == ["Box", "Box"]
     bpy.data.objects.remove(box)
     for sensor in sensors:
         sensor.angen_sensor.pir.rays = 7
@@ -347,7 +348,7 @@ def test_shares_of_four_walls_are_in_percent_and_those_of_dimmed_lamps_follow(
     sensor = meter(method="FOUR_WALL", threshold=10.0)
     recording = world.run(1, 4)
     track, found = explained(sensor, 2, recording)
-    then, now = ({s.names: s.light for s in of} for of in (found.cause.before, found.cause.now))
+    then, now = ({s.names: s.light for s in shares_at(track, index)} for index in (1, 2))
     assert now["Dimmed",] == pytest.approx(then["Dimmed",] / 2, rel=1e-5)
     assert now["Steady",] == pytest.approx(then["Steady",], rel=1e-5)
     # The reading itself is in whole counts of 8 bits.

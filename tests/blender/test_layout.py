@@ -3,6 +3,7 @@
 
 import json
 import re
+import runpy
 from math import pi, radians
 from pathlib import Path
 
@@ -147,7 +148,7 @@ def test_sensors_are_added_changed_and_removed(world, listed, apply):
         {"name": "Door", "kind": "OPTICAL_SWITCH"},
     ]  # fmt: skip
     applied = apply(layout, remove=True)
-    assert applied == (["new"], ["old", "Door"], [], ["gone"], [], "")
+    assert applied == (["new"], ["old", "Door"], [], ["gone"], [], [], [], "")
     told = {sensor["name"]: sensor for sensor in listed()}
     assert told["old"]["location"] == [0, 0, 1.5] and not told["old"]["enabled"]
     assert told["old"]["collection"] == "Switches"
@@ -318,14 +319,29 @@ def test_a_layout_is_exported_from_the_file_menu_beside_the_home(world, listed, 
         bpy.ops.angen.export_layout(filepath=str(tmp_path))
 
 
-def test_the_example_of_the_docs_is_a_layout(world, listed, apply):
-    (example,) = re.findall(r"```json\n(.*?)```", DOCS.read_text(encoding="utf-8"), re.DOTALL)
+@pytest.fixture
+def kitchen(world):
+    """Add a fridge with a door that swings."""
+    world.box((0.6, 0.6, 1.8), (2, 2, 0.9), "Fridge")
+    door = world.box((0.6, 0.05, 1.8), (0.3, -0.025, 0.9), "Fridge door")
+    door.location = (1.7, 1.7, 0)
+    world.update()
+    return world
+
+
+def test_the_examples_of_the_docs_are_layouts(kitchen, world, listed, apply):
+    example, with_parts = re.findall(
+        r"```json\n(.*?)```", DOCS.read_text(encoding="utf-8"), re.DOTALL
+    )
     world.link("Frame bathroom", None, (1, 2, 0))
     apply(example)
     found = {s["name"]: s for s in listed()}
     assert [s["kind"] for s in found.values()] == ["PIR", "PRESSURE", "OPTICAL_SWITCH"]
     assert found["Switch bathroom"]["location"] == [1.4, 2.0, 2.0]
     assert found["Pressure armchair"]["bounds"] == [[-0.2, -0.25, 0], [0.2, 0.25, 0.01]]
+    assert apply(with_parts).marked == ["Fridge door"]
+    magnet = bpy.data.objects["Magnet fridge"]
+    assert tuple(magnet.matrix_world.translation) == pytest.approx((2.25, 1.75, 1.7))
 
 
 def test_the_command_saves_a_copy_or_nothing(world, tmp_path, capsys):
@@ -366,3 +382,160 @@ def test_what_blender_does_not_do_is_taken_back(crowded, listed, apply, error):
         apply(layout)
     assert listed() == before and sorted(bpy.data.objects.keys()) == objects
     assert "made" not in bpy.data.collections and bpy.data.objects["Switch"].parent is None
+
+
+# What sensors need besides themselves
+
+NARROW = ["azimuth,elevation,width,height,polarity", "0,0,4,4,1", "5,0,4,4,-1"]
+
+
+def fridge_contact(**values):
+    magnet = {"relative_to": "Fridge door", "location": [0.5, 0, 1.7], "parent": "Fridge door"}
+    return {
+        "name": "Contact fridge", "kind": "CONTACT", "location": [2.2, 1.71, 1.7],
+        "parameters": {"magnet": "Magnet fridge"}, "empties": {"Magnet fridge": magnet}, **values,
+    }  # fmt: skip
+
+
+def narrow(**values):
+    return {
+        "name": "PIR fridge", "kind": "PIR", "location": [2, 1, 2.3], "preset": "HC_SR501",
+        "parameters": {"lens_table": "Narrow"}, "texts": {"Narrow": NARROW}, **values,
+    }  # fmt: skip
+
+
+MARKED = {"Fridge door": {"use": "DOOR", "angle": 1.8, "motion": "LEFT", "room": "kitchen"}}
+
+
+def test_a_layout_makes_magnets_lens_tables_and_marks_and_removes_them(
+    kitchen, apply, listed, tmp_path
+):
+    objects, texts = set(bpy.data.objects.keys()), set(bpy.data.texts.keys())
+    layout = {"sensors": [fridge_contact(), narrow()], "marks": MARKED}
+    applied = apply(layout)
+    assert applied.text == "2 added, 0 changed, 0 as they were; 1 object marked"
+    magnet = bpy.data.objects["Magnet fridge"]
+    assert magnet.parent.name == "Fridge door" and magnet.type == "EMPTY"
+    assert tuple(magnet.matrix_world.translation) == pytest.approx((2.2, 1.7, 1.7))
+    assert bpy.data.objects["Contact fridge"].angen_sensor.contact.magnet == magnet
+    lens = bpy.data.objects["PIR fridge"].angen_sensor.pir.lens_table
+    assert lens.as_string().splitlines() == NARROW
+    mark = bpy.data.objects["Fridge door"].angen_place
+    assert (mark.use, mark.motion, mark.room) == ("DOOR", "LEFT", "kitchen")
+    assert mark.angle == pytest.approx(1.8)
+    # Twice changes nothing, and what is exported makes the same in a home without it.
+    again = apply(layout)
+    assert again.text == "0 added, 0 changed, 2 as they were"
+    before, path = listed(), tmp_path / "out.json"
+    assert bpy.ops.angen.export_layout(filepath=str(path)) == {"FINISHED"}
+    exported = json.loads(path.read_text(encoding="utf-8"))
+    assert exported["sensors"] == before and set(exported["marks"]) == {"Fridge door"}
+    cleared = apply({"sensors": [], "marks": {}}, remove=True)
+    assert cleared.removed == ["Contact fridge", "PIR fridge"]
+    assert cleared.unmarked == ["Fridge door"] and mark.use == "NONE"
+    assert set(bpy.data.objects.keys()) == objects and set(bpy.data.texts.keys()) == texts
+    apply(exported)
+    assert listed() == before
+    assert bpy.ops.angen.export_layout(filepath=str(path)) == {"FINISHED"}
+    assert json.loads(path.read_text(encoding="utf-8")) == exported
+    assert apply(exported).text == "0 added, 0 changed, 2 as they were"
+    assert bpy.ops.angen.export_layout(filepath=str(path), marks=False) == {"FINISHED"}
+    assert json.loads(path.read_text(encoding="utf-8")) == before
+
+
+def test_the_magnet_of_a_layout_opens_its_contact(kitchen, apply):
+    apply([fridge_contact()])
+    door = bpy.data.objects["Fridge door"]
+    kitchen.key(door, "rotation_euler", {1: (0, 0, 0), 13: (0, 0, -1)}, "CONSTANT")
+    log = kitchen.log(kitchen.run())
+    assert [row[5] for row in log] == ["0", "1"]
+
+
+def test_a_changed_magnet_or_table_changes_its_sensor(kitchen, apply):
+    apply([fridge_contact(), narrow()])
+    moved = fridge_contact(empties={"Magnet fridge": {"location": [2, 1.7, 1.5], "parent": None}})
+    assert apply([moved]).changed == ["Contact fridge"]
+    magnet = bpy.data.objects["Magnet fridge"]
+    assert magnet.parent is None
+    assert tuple(magnet.location) == pytest.approx((2, 1.7, 1.5))
+    assert apply([narrow(texts={"Narrow": NARROW[:2]})]).changed == ["PIR fridge"]
+    assert bpy.data.texts["Narrow"].as_string().splitlines() == NARROW[:2]
+    assert len(bpy.data.texts) == 1
+
+
+def test_what_something_else_uses_stays_when_its_sensor_is_removed(kitchen, apply):
+    apply([fridge_contact(), fridge_contact(name="Second"), narrow()])
+    kitchen.pir("PIR", model="PYROELECTRIC", lens_table=bpy.data.texts["Narrow"])
+    applied = apply([{"name": "Second"}, {"name": "PIR"}], remove=True)
+    assert sorted(applied.removed) == ["Contact fridge", "PIR fridge"]
+    assert "Magnet fridge" in bpy.data.objects and "Narrow" in bpy.data.texts
+    bpy.data.objects["Magnet fridge"].angen_place.use = "USE"
+    apply([], remove=True)
+    assert "Magnet fridge" in bpy.data.objects and "Narrow" not in bpy.data.texts
+
+
+@pytest.mark.parametrize(
+    ("layout", "told"),
+    [
+        ([fridge_contact(empties={})], "no object is called 'Magnet fridge'"),
+        (
+            [fridge_contact(empties={"Magnet fridge": {"location": [0, 0, 0], "parent": "Frige"}})],
+            "'Magnet fridge': parent: no object is called 'Frige'; did you mean Fridge",
+        ),
+        (
+            [fridge_contact(empties={"Magnet fridge": {"parent": "Fridge"}})],
+            "there is no empty of this name yet",
+        ),
+        (
+            [fridge_contact(empties={"Fridge": {}}, parameters={"magnet": "Fridge"})],
+            "is not an empty",
+        ),
+        ([narrow(texts={"Narow": NARROW})], "no text is called 'Narrow'; did you mean Narow"),
+        (
+            [narrow(texts={"Narrow": ["0,0"]}, parameters={"lens_table": "Narrow",
+              "model": "PYROELECTRIC"})],
+            "lens table",
+        ),
+        ([narrow(), narrow(name="Two", texts={"Narrow": ["x"]})], "twice, in two ways"),
+        ({"sensors": [], "marks": {"Frigde": {"use": "DOOR"}}}, "did you mean Fridge"),
+        ({"sensors": [], "marks": {"Fridge": {"use": "DOR"}}}, "did you mean DOOR"),
+        ({"sensors": [], "marks": {"Fridge": {"use": "DOOR", "angel": 1}}}, "did you mean angle"),
+        ({"sensors": [], "marks": {"Fridge": {"use": "DOOR", "angle": 4}}}, "it must be 0 to 3.14"),
+        ({"sensors": [], "marks": {"Fridge": {"angle": 1}}}, "not marked: give a use"),
+        ({"sensors": [], "marks": {"Fridge": {"use": "LAMP", "switch": "Fride"}}}, "Fridge"),
+        ({"sensors": [], "marks": {"Fridge": {"use": "LAMP", "switch": []}}}, "names no object"),
+    ],
+)  # fmt: skip
+def test_a_wrong_magnet_table_or_mark_is_told_and_nothing_changes(
+    kitchen, apply, listed, error, layout, told
+):
+    objects = sorted(bpy.data.objects.keys())
+    with pytest.raises(error, match=r"home\.json, line \d+: '") as found:
+        apply(layout)
+    assert told in str(found.value) and "\n" not in str(found.value)
+    assert sorted(bpy.data.objects.keys()) == objects and not bpy.data.texts and not listed()
+    assert all(obj.angen_place.use == "NONE" for obj in bpy.data.objects)
+
+
+def test_an_error_after_a_mark_takes_it_back(kitchen, apply, listed, error):
+    """A parent of zero scale allows no place for its child."""
+    kitchen.link("point", None).scale = (0, 0, 0)
+    wrong = {**new()[0], "parent": "point", "location": [1, 1, 1]}
+    with pytest.raises(error, match="Blender did not set its place"):
+        apply({"sensors": [fridge_contact(), narrow(), wrong], "marks": MARKED})
+    assert not listed() and not bpy.data.texts and "Magnet fridge" not in bpy.data.objects
+
+
+def test_the_schema_of_marks_is_that_of_blender(world):
+    made = runpy.run_path(str(DOCS.parents[1] / "scripts" / "layout_schema.py"))["MARK"]
+    mark = bpy.types.Object.bl_rna.properties["angen_place"].fixed_type
+    known = {p.identifier: p for p in mark.properties if not p.identifier.endswith("_in_units")}
+    assert [name for name in known if name not in ("rna_type", "name")] == list(made)
+    for name, facts in made.items():
+        prop = known[name]
+        if "enum" in facts:
+            assert sorted(facts["enum"]) == sorted(prop.enum_items.keys())
+        if "minimum" in facts:
+            assert facts["minimum"] == prop.hard_min
+        if "maximum" in facts:
+            assert facts["maximum"] == pytest.approx(prop.hard_max)

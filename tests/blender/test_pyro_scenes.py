@@ -245,13 +245,13 @@ def probe(world):
 
         def __call__(self, place, directions, sensor=0, bundle=0):
             depsgraph = world.update()
-            self.probes.look(depsgraph, None)
+            self.probes.look(depsgraph)
             directions = np.array(directions, float).reshape(-1, 3)
             directions /= np.linalg.norm(directions, axis=1)[:, None]
             origins = np.tile(np.array(place, float), (len(directions), 1))
             length = np.full(len(directions), SIGHT)
             rays = origins, directions, length
-            return self.probes.surfaces[WARMTH].see(depsgraph, sensor, bundle, rays)[0]
+            return self.probes.surfaces[WARMTH].see(sensor, bundle, rays)[0]
 
     return Probe()
 

@@ -12,7 +12,7 @@ from bl_ext.user_default.angen_sensors.sensor_logic.kinds import KINDS as kinds
 
 ADDON = "bl_ext.user_default.angen_sensors"
 # One more where Blender tells of what is appended.
-HANDLERS = 13 + hasattr(bpy.app.handlers, "blend_import_post")
+HANDLERS = 14 + hasattr(bpy.app.handlers, "blend_import_post")
 
 
 def functions(owner):
@@ -49,12 +49,14 @@ def test_on_and_off_three_times(empty_scene):
     assert len(ours(on["handlers"])) == HANDLERS
     assert on["object"] == [
         "angen_breathing",
+        "angen_heat",
         "angen_ignored",
         "angen_load",
         "angen_place",
         "angen_radar",
         "angen_resident",
         "angen_sensor",
+        "angen_use",
         "angen_warmth",
     ]
     assert {"angen_seed", "angen_substeps", "angen_luminous_efficacy"} <= set(on["scene"])
@@ -184,6 +186,8 @@ def test_enum_numbers_in_files(world):
         "CONTACT": 6,
         "PRESENCE_RADAR": 8,
         "THERMAL_ARRAY": 7,
+        "APPLIANCE": 9,
+        "FLOW": 10,
     }
 
 

@@ -54,8 +54,8 @@ def test_ordonez_is_read_with_types_places_and_overlaps(tmp_path: Path) -> None:
         ("Door Kitchen", "moved", 1376.0, "False"),
         ("Fridge", "open", 1389.0, "True"),
         ("Fridge", "open", 1429.0, "False"),
-        ("Toilet", "pressed", 1839.0, "True"),
-        ("Toilet", "pressed", 1844.0, "False"),
+        ("Toilet", "flowing", 1839.0, "True"),
+        ("Toilet", "flowing", 1844.0, "False"),
     ]
     log = read_log(tmp_path / "log.txt")
     assert log.sensors["Door Kitchen"].room == "Kitchen"
@@ -136,7 +136,7 @@ def test_days_are_compared_with_activities(angen, tmp_path: Path) -> None:
     one, days = tmp_path / "one.csv", tmp_path / "days"
     one.write_text(table(invented(14)))
     days.mkdir()
-    with open(days / "activities.csv", "w", newline="") as file:
+    with open(days / "activities.csv", "w", encoding="utf-8", newline="") as file:
         rows = [(a.isoformat(), b.isoformat(), "anna", name, "") for a, b, name in invented(14)]
         csv.writer(file).writerows([("start", "end", "person", "activity", "room"), *rows])
     status, text, _ = angen("compare", one, days)

@@ -65,6 +65,16 @@ WRONG = [
     (entry('"parameters": {"range_max": null}'), 3, "range_max must be a number"),
     ('[{"name": "A",\n"kind": "PIRR"}]', 2, "kind 'PIRR' is unknown: did you mean PIR?"),
     ("[" * 100_000, 1, "nested too deep"),
+    (entry('"empties": {\n"Magnet": 1}'), 3, "'Magnet' must be an object in { }, such as"),
+    (entry('"empties": {"M": {"place": 1}}'), 3, "'M' has the unknown key 'place'"),
+    (entry('"empties": {"M": {"location": [1]}}'), 3, "'M' has a wrong location: it must be"),
+    (entry('"empties": {"M": {"relative_to": "D"}}'), 3, "relative_to without a location"),
+    (entry('"empties": {"A": {"location": [0, 0, 0]}}'), 3, "a sensor of the layout has this name"),
+    (entry('"texts": {"Lens": "a,b"}'), 3, "texts 'Lens' must be a list of its lines"),
+    (entry('"texts": {"Lens": [1]}'), 3, "texts 'Lens' has a line that must be a text"),
+    (entry('"texts": []'), 3, "texts must be an object in { } with a name for each"),
+    ('{"sensors": [],\n"marks": []}', 2, "marks must be an object in { }"),
+    ('{"sensors": [],\n"marks": {"Door":\n 1}}', 2, "marks 'Door' must be an object in { }"),
     ('{"sensors": [],\n"others_enabled": "no"}', 2, "others_enabled must be true or false"),
 ]
 

@@ -416,14 +416,64 @@ def test_without_a_routine_of_the_home_one_line_says_what_to_fill_in(
 def test_drawn_days_are_a_diary(angen: Angen, given: Path) -> None:
     found = []
     for seed in (1, 1, 2):
-        options = ["--diaries", 4, "--start", "2026-03-07", "--seed", seed]
-        assert learn_from(angen, given, *options) == (0, "")
-        found.append(given.joinpath("out.toml").read_text())
+        folder = given / f"days {len(found)}"
+        options = ["--diaries", 4, folder, "--start", "2026-03-07", "--seed", seed]
+        assert angen("learn", given / "log.csv", *options) == (0, "", "")
+        names = [f"2026-03-{day:02}.csv" for day in range(7, 11)]
+        assert sorted(path.name for path in folder.iterdir()) == names
+        found.append({name: folder.joinpath(name).read_text() for name in names})
     assert found[0] == found[1] != found[2]
-    first, rows = diary.read(found[0], "diary.csv")
+    for name, text in found[0].items():
+        first, rows = diary.read(text, name)
+        assert first == date.fromisoformat(name.removesuffix(".csv"))
+        assert {one.person for one in rows} == {"resident"}
+        assert rows[0].start == 0.0 and rows[-1].end == 86_400.0
+    first, rows = diary.read_all(found[0])
     assert first == date(2026, 3, 7)
-    assert {one.person for one in rows} == {"resident"}
     assert rows[0].start == 0.0 and rows[-1].end == 4 * 86_400.0
+    nights = [one for one in rows if (one.start // 86_400.0) < (one.end - 1) // 86_400.0]
+    assert len(nights) == 3, "who sleeps over midnight does not get up for it"
+
+
+def test_a_routine_and_diaries_are_written_together_or_one_of_them(
+    angen: Angen, given: Path
+) -> None:
+    folder = given / "days"
+    assert learn_from(angen, given, "--diaries", 2, folder)[0] == 0
+    assert file.read(given.joinpath("out.toml").read_text(), "out.toml").fillers
+    assert len(list(folder.iterdir())) == 2
+    # The same days again, but no others beside them.
+    assert learn_from(angen, given, "--diaries", 2, folder, "--seed", 3)[0] == 0
+    status, _, told = angen("learn", given / "log.csv", "--diaries", 1, folder)
+    other = f"--diaries: {folder} has other files than these diaries; name a new one\n"
+    assert (status, told) == (2, f"angen: {other}")
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ([], "learn has nothing to write: give --out, --diaries or both"),
+        (["--diaries", "2"], "--diaries: expected 2 arguments"),
+        (["--diaries", "many", "days"], "'many' is not a whole number from 1 to 10000"),
+        (["--diaries", "2", "log.csv"], "--diaries: log.csv is not a folder"),
+        (["--diaries", "2", "no/days"], "--diaries: the folder no does not exist; make it first"),
+        (["--diaries", "2", "."], "--diaries: . has other files than these diaries"),
+    ],
+    ids=str,
+)
+def test_what_learn_cannot_write_is_one_line(
+    angen: Angen,
+    given: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    options: list[str],
+    words: str,
+) -> None:
+    monkeypatch.chdir(given)
+    before = sorted(given.iterdir())
+    status, printed, told = angen("learn", "log.csv", *options)
+    assert (status, printed, told.count("\n")) == (2, "", 1)
+    assert words in told
+    assert sorted(given.iterdir()) == before
 
 
 def test_each_person_has_habits_of_their_own(angen: Angen, given: Path) -> None:

@@ -264,6 +264,31 @@ def test_a_routine_without_fillers_goes_on_with_what_was_done() -> None:
     assert {s.activity for s in anna} <= {"Sleep", "Meal", AWAY}
 
 
+def test_an_entry_after_midnight_that_is_drawn_to_the_evening_before_ends_what_fills() -> None:
+    text = """schema = 1
+[person.anna]
+begins = "Sleeping"
+[activity.Sleeping]
+do = "wait 1 s"
+[activity.Reading]
+do = "wait 1 s"
+[activity.Tea]
+do = "wait 1 s"
+[[plan]]
+person = "anna"
+entries = [{ at = "00:10", spread = "40 min", activity = "Sleeping", until = "08:00" }]
+[[filler]]
+person = "anna"
+between = ["06:00", "23:59"]
+[filler.choose]
+Reading = { weight = 1, lasts = "50 min", after = { Reading = 0 } }
+Tea = { weight = 1, lasts = "10 min", after = { Tea = 0 } }
+"""
+    nights = [s for s in drawn(text, days=14) if s.activity == "Sleeping"]
+    before = [s for s in nights if (s.start - DAY / 2) % DAY < DAY / 2]
+    assert len(nights) >= 14 and 3 < len(before) < 11
+
+
 # Days
 
 D = math.radians
@@ -528,3 +553,33 @@ def test_each_of_a_row_of_entries_is_done_every_day(spread) -> None:
         for place in range(4):
             done = [s for s in found if s.activity == f"Do{place}"]
             assert len(done) == 20 and min(s.end - s.start for s in done) >= 29.0
+
+
+EITHER = """{ chance = 0.8, either = [
+  { at = "12:00", activity = "Read", lasts = "20 min", weight = 3 },
+  { at = "13:00", activity = "Away", lasts = "2 h" },
+] }"""
+
+
+def test_of_alternatives_one_is_done_a_day() -> None:
+    night = '{ at = "20:00", activity = "Sleep", lasts = "1 h" }'
+    segments = drawn(ONE_PERSON.format(entries=f"{EITHER}, {night}"), 1000)
+    days = [int(s.start // DAY) for s in segments if s.activity != "Sleep"]
+    assert len(set(days)) == len(days) == pytest.approx(800, abs=40)
+    reading = sum(s.activity == "Read" for s in segments)
+    assert reading / len(days) == pytest.approx(0.75, abs=0.05)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        (", weight = 3", ", wight = 3", "line 11: the key 'wight' is unknown here"),
+        ("chance = 0.8", "chance = 8", "line 10: chance: 8 is not a number from 0 to 1"),
+        ("chance = 0.8", 'at = "9:00"', "line 10: the key 'at' is unknown here"),
+        ('"Away"', '"Awaay"', "line 12: activity: 'Awaay' is unknown"),
+    ],
+)
+def test_what_is_wrong_with_alternatives_is_told_with_its_line(old, new, told) -> None:
+    text = ONE_PERSON.format(entries=EITHER.replace(old, new))
+    with pytest.raises(InputError, match=rf"^week\.toml, {re.escape(told)}"):
+        file.read(text, "week.toml")

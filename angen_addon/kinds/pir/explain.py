@@ -15,6 +15,7 @@ from ....sensor_logic.evidence import rows_of
 from ....sensor_logic.kinds.pir.pyroelectric import threshold_of
 from ....sensor_logic.kinds.pir.range_scan import PirParameters
 from ....sensor_logic.kinds.pir.scan_evidence import SAME
+from ....sensor_logic.kinds.pir.warm_evidence import WarmObject, warm_objects
 from ....sensor_logic.logs.wording import Lengths, capital, percent, quoted
 from ....sensor_logic.parameters import label_of, specs
 from ....sensor_logic.physics import waiting
@@ -69,11 +70,6 @@ class RayChange:
     def change(self) -> float:
         """The change of the range in m."""
         return abs(self.after - self.before)
-
-    @property
-    def cause_name(self) -> str:
-        """The name of the object that triggered the detector; empty if none did."""
-        return self.culprit if self.triggered and self.culprit != NOISE else ""
 
 
 def explain_range_scan(recorded: RecordedSensor, index: int) -> Explanation:
@@ -208,34 +204,8 @@ def _sensor_movement(recorded: RecordedSensor, index: int) -> str:
 
 # Pyroelectric detector: an update is explained by the object that changed the power most.
 
-# s. Changes that are longer ago have mostly decayed in the amplifier.
-WINDOW = 0.5
-# s. This long after a movement the signal may swing over the threshold once more.
-SWING_BACK = 2.0
 ZERO_CELSIUS = 273.15
 THINGS_SHOWN = 4
-
-
-@dataclass(frozen=True)
-class WarmObject:
-    """An object that changed the radiant power on the detector's elements.
-
-    Attributes
-    ----------
-    name
-        The name of the object.
-    change
-        The sum of the absolute changes of power from update to update, in W per m² of lenslet.
-    temperature
-        The mean temperature of its surface in K.
-    rays
-        The number of rays that hit the object after its last change.
-    """
-
-    name: str
-    change: float
-    temperature: float
-    rays: int
 
 
 @dataclass(frozen=True)
@@ -259,20 +229,12 @@ class WarmCause:
     threshold: float
     ambient: float
 
-    @property
-    def cause_name(self) -> str:
-        """The name of the object that changed the power most; empty if the signal is too weak."""
-        return self.things[0].name if self.things and abs(self.signal) > 1.0 else ""
-
 
 def explain_pyroelectric(recorded: RecordedSensor, index: int) -> Explanation:
     """Explain update `index` by the object that changed the radiation on the elements most."""
     parameters: PirParameters = recorded.parameters_at(index)
     signal = recorded.track.columns["signal"][index]
-    things = _warm_objects(recorded, index, WINDOW)
-    if abs(signal) > 1.0 and not things:
-        # After a movement the amplifier swings back, so the cause may be further in the past.
-        things = _warm_objects(recorded, index, SWING_BACK)
+    things = warm_objects(recorded.track, index)
     ambient = recorded.evidence("ambient", index)
     cause = WarmCause(things, signal, threshold_of(parameters), ambient)
     facts = [
@@ -282,25 +244,6 @@ def explain_pyroelectric(recorded: RecordedSensor, index: int) -> Explanation:
     facts += [(thing.name, _warm_object_text(thing)) for thing in things[:THINGS_SHOWN]]
     headline = _warm_headline(cause, bool(recorded.track.active[index]))
     return recorded.explanation(index, headline, tuple(facts), "", cause)
-
-
-def _warm_objects(recorded: RecordedSensor, index: int, window: float) -> tuple[WarmObject, ...]:
-    """Return the objects that changed the power in the `window` (s) up to update `index`.
-
-    The object with the greatest change is first.
-    """
-    times, at = recorded.track.times, index
-    found: dict[str, WarmObject] = {}
-    warmth: dict[str, tuple[float, int]] = {}
-    while at > 0 and times[index] - times[at - 1] <= window + 1e-9:
-        for name, change, temperatures, count, rays in rows_of(recorded.evidence("warm", at)):
-            total, of = warmth.get(name, (0.0, 0))
-            warmth[name] = total, of = total + temperatures, of + count
-            known = found.get(name, WarmObject(name, 0.0, 0.0, rays))
-            found[name] = replace(known, change=known.change + abs(change), temperature=total / of)
-        at -= 1
-    things = (thing for _, thing in sorted(found.items()) if thing.change > 0.0)
-    return tuple(sorted(things, key=lambda thing: -thing.change))
 
 
 def _warm_object_text(thing: WarmObject) -> str:

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from ....sensor_logic.evidence import rows_of
-from ....sensor_logic.kinds.presence_radar.gate_evidence import is_off
+from ....sensor_logic.kinds.presence_radar.gate_evidence import gate_energies, is_off
 from ....sensor_logic.kinds.presence_radar.parameters import THRESHOLDS, RadarParameters
-from ....sensor_logic.kinds.presence_radar.radar import gate_energies
 from ....sensor_logic.logs.wording import named
 from ...appearance.facts import Explanation, Facts
 from ...appearance.recorded import RecordedSensor
@@ -57,11 +56,6 @@ class RadarCause:
     through: tuple[str, ...]
     loss: float
     stops: tuple[str, ...]
-
-    @property
-    def cause_name(self) -> str:
-        """The name of the object that the radar detects; empty if it detects nothing."""
-        return self.names[0] if self.detects and self.names else ""
 
 
 def explain_radar(recorded: RecordedSensor, index: int) -> Explanation:

@@ -36,11 +36,6 @@ class ThermalCause:
     objects: tuple[tuple[Any, ...], ...]
     last_excess: float
 
-    @property
-    def cause_name(self) -> str:
-        """The name of the object that warms the warm pixels most; empty if no pixel is warm."""
-        return self.objects[0][0] if self.warm and self.objects else ""
-
 
 def explain_array(recorded: RecordedSensor, index: int) -> Explanation:
     """Explain update `index` of an infrared array by its warm pixels."""

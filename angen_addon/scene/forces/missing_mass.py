@@ -186,8 +186,8 @@ class MissingMass:
         grid = np.stack(np.meshgrid(shares, shares, [1.0], indexing="ij"), axis=-1).reshape(-1, 3)
         starts = (ends[0] + grid * (ends[1] - ends[0])) @ across + FLUSH * self._up
         far = self._cast(starts, pad, -1.0, float(ends[1][2] - ends[0][2]) + 2.0 * FLUSH)
-        met = np.isfinite(far)
-        return starts[met] - far[met, None] * self._up
+        hit = np.isfinite(far)
+        return starts[hit] - far[hit, None] * self._up
 
     def _gap_above(self, tops: Array, cover: Solid, tolerance: float) -> float | None:
         """Return the least gap in m between a pad's upper side and the solid `cover` on it.

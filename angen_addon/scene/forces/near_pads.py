@@ -10,7 +10,7 @@ import numpy as np
 
 from ....sensor_logic.forces.pad_forces import ABOVE, BESIDE
 from ....sensor_logic.model import Array
-from ..rays.frames import Frames
+from ..capture import Frames
 from ..rays.solids import Solids
 from .bodies import MARGIN, ContactBodies, ContactBody, Key
 from .supports import DEPTH, THICKEST

@@ -12,9 +12,10 @@ import numpy as np
 from ....sensor_logic.forces.pad_forces import ABOVE, BESIDE, pad_forces
 from ....sensor_logic.forces.world import PadForces
 from ....sensor_logic.model import NOT_YET, Array
+from ..capture import Frames
 from ..instances import Uid
-from ..rays.frames import Frames
 from ..rays.solids import Solids
+from ..sensors import unit_scale
 from .bodies import ContactBodies, Key, Pad, is_simulated, read_settings
 from .frame_state import FrameState, gravity_of
 from .frame_world import FrameWorld, KnownContacts
@@ -31,9 +32,15 @@ class ContactTracker:
     """Computes the forces on pads at a frame, once the next frame has been read too.
 
     Accelerations depend on the next frame.
+
+    Attributes
+    ----------
+    pads
+        All pads.
     """
 
     def __init__(self, solids: Solids) -> None:
+        self.pads: Sequence[Pad] = ()
         self._solids = solids
         self._surfaces = WorldTriangles(solids)
         self._bodies = ContactBodies()
@@ -45,13 +52,16 @@ class ContactTracker:
         self._cache_doubt = ""
         self._known_contacts: KnownContacts = {}
 
-    def prepare(self, depsgraph: Any, metres: float, pads: Sequence[Pad]) -> None:
+    def prepare(self, depsgraph: Any) -> None:
         """Make the colliders and triangles of all bodies now.
 
         Otherwise the first frame at which a body is near a pad would make them, and they would
         depend on that frame.
         """
-        self._bodies.sync(depsgraph, self._solids, pads)
+        if not self.pads:
+            return
+        metres = unit_scale(depsgraph.scene)
+        self._bodies.sync(depsgraph, self._solids, self.pads)
         for body in self._bodies.by_key.values():
             for solid in body.solids:
                 solid.geometry.triangles(depsgraph)
@@ -59,10 +69,11 @@ class ContactTracker:
                     scale = np.linalg.norm(self._solids.matrix[solid.row, :3, :3], axis=0)
                     body.collider(depsgraph, scale, metres)
 
-    def look(
-        self, depsgraph: Any, frame: int, metres: float, pads: Sequence[Pad], due: Sequence[Uid]
-    ) -> None:
-        """Read the scene at a frame. The solids must be at this frame.
+    def look(self, depsgraph: Any, frame: int, due: Sequence[Uid]) -> None:
+        """Read the bodies at a frame. The solids must be at this frame.
+
+        What solids do not have of a body, such as the pose that physics gives it, is read from the
+        scene: if it can change with the frame, a batch of captured frames is a single frame.
 
         Parameters
         ----------
@@ -70,19 +81,18 @@ class ContactTracker:
             The evaluated depsgraph.
         frame
             The number of the frame.
-        metres
-            The length of a Blender unit, in m.
-        pads
-            All pads.
         due
             Identifiers of the pads whose forces at this frame will be queried. The query comes
             after the next `look`, because these forces also depend on the motion to the next frame.
         """
+        if not self.pads:
+            return
+        metres = unit_scale(depsgraph.scene)
         last = self._newest if metres == self._metres else None
         if last is None or frame != last.frame + 1:
             self._states = []
         self._depsgraph, self._metres, self._world = depsgraph, metres, None
-        edited = self._bodies.sync(depsgraph, self._solids, pads)
+        edited = self._bodies.sync(depsgraph, self._solids, self.pads)
         if edited or len(self._known_contacts) > MOST_KNOWN_CONTACTS:
             self._known_contacts.clear()
         moves = any(b.rigid and is_simulated(b.original) for b in self._bodies.by_key.values())

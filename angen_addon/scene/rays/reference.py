@@ -9,9 +9,9 @@ import numpy as np
 from mathutils import Vector
 
 from ....sensor_logic.model import Answers, Array, Index
+from ..capture import Capture, Frames
 from ..instances import Uid
 from .caster import Rays
-from .frames import Capture, Frames
 from .solids import Solids
 
 # Blender units. A ray that passes through an object starts again this far behind the hit. The
@@ -31,17 +31,16 @@ class SceneRayCaster:
         self.capture = Capture(self.solids, single=True)
         self.frames = Frames.unchanged(self.solids)
         self._scene = scene
-        self._depsgraph: Any = None
         self._listing = -1
         self._rows: dict[int, list[int]] = {}
 
     def update(self, depsgraph: Any) -> None:
         """Read the evaluated scene. Call this after each evaluation, before casting rays."""
-        self.show(depsgraph, self.capture.read(depsgraph))
+        self.show(self.capture.read(depsgraph))
 
-    def show(self, depsgraph: Any, frames: Frames) -> None:
+    def show(self, frames: Frames) -> None:
         """Set the frame at which later calls cast rays. It must be the present frame."""
-        self._depsgraph, self.frames = depsgraph, frames
+        self.frames = frames
         if self._listing != self.solids.listing:
             self._listing = self.solids.listing
             self._rows = {}
@@ -65,7 +64,7 @@ class SceneRayCaster:
         passed = 0.0
         while passed < limit:
             hit, place, _, _, seen, matrix = self._scene.ray_cast(
-                self._depsgraph, start, way, distance=limit - passed
+                self.frames.depsgraph, start, way, distance=limit - passed
             )
             if not hit:
                 return limit

@@ -27,9 +27,9 @@ from ....sensor_logic.geometry.sweep import (
 )
 from ....sensor_logic.geometry.trees import TriangleTree
 from ....sensor_logic.model import Array
+from ..capture import Frames
 from ..instances import Uid
 from .caster import RayCaster
-from .frames import Frames
 from .geometry import Geometry, Surface
 from .reference import SceneRayCaster
 
@@ -159,7 +159,6 @@ class Sweeper:
 
     def sweep(
         self,
-        depsgraph: Any,
         sensor: Uid,
         before: SolidsAtStep,
         now: SolidsAtStep,
@@ -171,8 +170,6 @@ class Sweeper:
 
         Parameters
         ----------
-        depsgraph
-            The evaluated depsgraph.
         sensor
             Session uid of the sensor; its own solids do not count.
         before, now
@@ -210,7 +207,7 @@ class Sweeper:
                 continue
             matrix = _relative_to(centre, now.matrix[row])
             first = matrix if earlier == STANDS else _relative_to(centre, before.matrix[earlier])
-            triangles = self._triangles_of(depsgraph, solid.geometry, now.shapes[row])
+            triangles = self._triangles_of(solid.geometry, now.shapes[row])
             ways = _ends_in_body(Movement(first, matrix), move, points, tolerance)
             found.append(crossings(ways, beam.length, triangles, solid.number))
         return joined(found)
@@ -259,13 +256,14 @@ class Sweeper:
         hi[moved] = np.maximum(before.hi[earlier], now.hi[moved]) + sagitta
         return SolidMotion(standing, lo, hi, moved)
 
-    def _triangles_of(self, depsgraph: Any, geometry: Geometry, surface: Surface) -> TriangleTree:
+    def _triangles_of(self, geometry: Geometry, surface: Surface) -> TriangleTree:
         known = self._triangles.get(geometry)
         if known is None or known[0] is not surface:
             if geometry.deforms:
                 corners = surface.points.T[surface.triangles[0].T].astype(np.float64)
             else:
-                corners = geometry.vertices[geometry.triangles(depsgraph)].astype(np.float64)
+                triangles = geometry.triangles(self._caster.frames.depsgraph)
+                corners = geometry.vertices[triangles].astype(np.float64)
             known = self._triangles[geometry] = surface, TriangleTree(corners)
         return known[1]
 

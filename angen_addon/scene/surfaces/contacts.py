@@ -65,13 +65,11 @@ class Bodies:
     def __bool__(self) -> bool:
         return bool(self._rows)
 
-    def contacts(self, depsgraph: Any, metres: float, cold: Array) -> dict[Place, Imprint]:
+    def contacts(self, metres: float, cold: Array) -> dict[Place, Imprint]:
         """Return where bodies touch solids, at the frame that the list of solids shows.
 
         Parameters
         ----------
-        depsgraph
-            The evaluated depsgraph.
         metres
             The length of a Blender unit in m.
         cold
@@ -79,20 +77,20 @@ class Bodies:
         """
         found: dict[Place, list[Imprint]] = defaultdict(list)
         for body, rows in self._rows.items():
-            points, met = self._touched(depsgraph, metres, rows)
-            for number in np.unique(met).tolist():
-                place, local = self._in_solid(number, points[met == number], metres)
+            points, hit = self._touched(metres, rows)
+            for number in np.unique(hit).tolist():
+                place, local = self._in_solid(number, points[hit == number], metres)
                 excess = max(self._skin[body] - float(cold[number]), 0.0)
                 found[place].append(Imprint(local, np.full(len(local), excess)))
         return {place: _joined(contacts) for place, contacts in found.items()}
 
-    def _touched(self, depsgraph: Any, metres: float, rows: Index) -> tuple[Array, Index]:
+    def _touched(self, metres: float, rows: Index) -> tuple[Array, Index]:
         """Return points (k, 3) at which a body touches other solids, and the solids' numbers.
 
         `rows` are those of the body's solids. Rays from its underside downwards find what it rests
         on.
         """
-        solids = self._caster.solids
+        solids, depsgraph = self._caster.solids, self._caster.frames.depsgraph
         size = (solids.hi[rows] - solids.lo[rows]).max(axis=0, initial=0.0)
         if not ((size >= 0.0) & (size * metres <= LARGEST)).all():
             return np.zeros((0, 3)), np.zeros(0, np.intp)
@@ -103,9 +101,9 @@ class Bodies:
         start[:, 2] += SUNK / metres
         downwards = np.broadcast_to([0.0, 0.0, -1.0], start.shape)
         reach = np.full(len(start), (SUNK + GAP) / metres)
-        far, met = self._caster.first_met(depsgraph, self._others, start, downwards, reach)
+        far, hit = self._caster.first_hits(self._others, start, downwards, reach)
         start[:, 2] -= far
-        return start[met != NOTHING], met[met != NOTHING].astype(np.intp)
+        return start[hit != NOTHING], hit[hit != NOTHING].astype(np.intp)
 
     def _in_solid(self, number: int, points: Array, metres: float) -> tuple[Place, Array]:
         solids = self._caster.solids

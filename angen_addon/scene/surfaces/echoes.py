@@ -127,8 +127,8 @@ class _Substances:
             left = points, directions[active], length[active] - start[active]
             number = bundle * MOST_SURFACES + cast
             seen = self.passing.see_at(sensor, number, left, np.array([frame]))[0]
-            is_hit = seen.met != NOTHING
-            active, solid = active[is_hit], seen.met[is_hit].astype(np.intp)
+            is_hit = seen.solids != NOTHING
+            active, solid = active[is_hit], seen.solids[is_hit].astype(np.intp)
             distance = start[active] + seen.ranges[is_hit]
             found.append(_Entries(active, distance, solid))
             start[active] = distance + behind
@@ -177,19 +177,17 @@ class EchoProbe(SurfaceProbe):
         self._made_of: dict[int, list[tuple[str, float]]] = {}
         self._by_frequency: dict[float, _Substances] = {}
 
-    def _see(
-        self, depsgraph: Any, sensor: Uid, bundle: int, rays: Rays, frames: Index, *details: Any
-    ) -> Answers:
+    def _see(self, sensor: Uid, bundle: int, rays: Rays, frames: Index, *details: Any) -> Answers:
         """Return the `Echoes` at each frame.
 
         `details` has the carrier frequency in GHz, the integration time in s and, for each frame,
         the times and the places of solids at the steps in it. The last of them is the frame itself.
         Without these places, all speeds are 0.
         """
-        at, metres = self._substances(float(details[0])), unit_scale(depsgraph.scene)
+        at, metres = self._substances(float(details[0])), unit_scale(self._depsgraph.scene)
         self._casting = at.stopping
         for caster in (at.stopping, at.passing):
-            caster.show(depsgraph, self._rays.frames)
+            caster.show(self._rays.frames)
         entries = at.entries(sensor, bundle, rays, frames, BEHIND / metres)
         found = at.stopping.see_at(sensor, bundle, rays, frames)
         pasts: Sequence[Past] = details[2] if len(details) > 2 else [()] * len(frames)
@@ -214,19 +212,19 @@ class EchoProbe(SurfaceProbe):
         return Echoes(
             ranges=seen.ranges * metres,
             speed=speed * metres,
-            breathing=self._breathing[seen.met],
-            rate=self._rate[seen.met],
-            loss=np.bincount(ray, at.loss[number], len(seen.met)).astype(np.float64),
-            reflectance=at.reflectance[seen.met],
-            solid=seen.met.astype(np.intp),
+            breathing=self._breathing[seen.solids],
+            rate=self._rate[seen.solids],
+            loss=np.bincount(ray, at.loss[number], len(seen.solids)).astype(np.float64),
+            reflectance=at.reflectance[seen.solids],
+            solid=seen.solids.astype(np.intp),
             through={one: tuple(passed) for one, passed in names.items()},
         )
 
     # Substances and breathing.
 
-    def _update(self, depsgraph: Any) -> None:
+    def _update(self) -> None:
         """Read all substances if the scene was edited, or if any of them is animated."""
-        solids = self._rays.solids
+        solids, depsgraph = self._rays.solids, self._depsgraph
         if self._listing == solids.listing and not self._animated:
             return
         self._listing = solids.listing
@@ -345,9 +343,9 @@ def _speeds(past: Past, rays: Rays, seen: RayHits) -> Array:
     """
     origins, directions, _ = rays
     moved = [now.moved_since(then) for (_, then), (_, now) in pairwise(past)]
-    speeds = np.zeros((max(1, len(moved)), len(seen.met)))
+    speeds = np.zeros((max(1, len(moved)), len(seen.solids)))
     for number in sorted(frozenset().union(*moved)):
-        which = np.flatnonzero(seen.met == number)
+        which = np.flatnonzero(seen.solids == number)
         if len(which):
             ways = directions[which]
             points = origins[which] + ways * seen.ranges[which, None]

@@ -40,7 +40,6 @@ class SurfaceProbe(ABC):
 
     def see(
         self,
-        depsgraph: Any,
         sensor: Uid,
         bundle: int,
         rays: Rays,
@@ -53,8 +52,6 @@ class SurfaceProbe(ABC):
 
         Parameters
         ----------
-        depsgraph
-            The evaluated depsgraph.
         sensor, bundle, rays
             As for `RayCaster.cast_at`.
         frames
@@ -67,10 +64,15 @@ class SurfaceProbe(ABC):
         Answers
             The properties at each frame.
         """
-        self._update(depsgraph)
+        self._update()
         if frames is None:
             frames = np.array([len(self._rays.frames) - 1])
-        return self._see(depsgraph, sensor, bundle, rays, frames, *details)
+        return self._see(sensor, bundle, rays, frames, *details)
+
+    @property
+    def _depsgraph(self) -> Any:
+        """The evaluated depsgraph at the last frame of the caster."""
+        return self._rays.frames.depsgraph
 
     @property
     def hits(self) -> Answers:
@@ -82,25 +84,21 @@ class SurfaceProbe(ABC):
         return self._casting.last_ranges(sensor, bundle)
 
     @abstractmethod
-    def _update(self, depsgraph: Any) -> None:
+    def _update(self) -> None:
         """Read the changes since the last call."""
 
     @abstractmethod
-    def _see(
-        self, depsgraph: Any, sensor: Uid, bundle: int, rays: Rays, frames: Index, *details: Any
-    ) -> Answers:
+    def _see(self, sensor: Uid, bundle: int, rays: Rays, frames: Index, *details: Any) -> Answers:
         """Cast the rays, and return the properties at each frame; parameters as for `see`."""
 
 
-class MetSurfaces(SurfaceProbe):
+class HitSurfaces(SurfaceProbe):
     """Reads one property of the first surface that each ray hits."""
 
-    def _see(
-        self, depsgraph: Any, sensor: Uid, bundle: int, rays: Rays, frames: Index, *details: Any
-    ) -> Answers:
+    def _see(self, sensor: Uid, bundle: int, rays: Rays, frames: Index, *details: Any) -> Answers:
         found = self._rays.see_at(sensor, bundle, rays, frames)
-        return Answers([self._values_at(depsgraph, seen) for seen in found.table], found.rows)
+        return Answers([self._values_at(seen) for seen in found.table], found.rows)
 
     @abstractmethod
-    def _values_at(self, depsgraph: Any, seen: RayHits) -> Any:
+    def _values_at(self, seen: RayHits) -> Any:
         """Return the property of the surfaces that the rays of `seen` hit."""

@@ -13,7 +13,9 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
+from ...evidence import Cause
 from ...kind import RAYS, WARMTH, Field, Kind
 from ...logs.wording import OF_THRESHOLD
 from ...model import Model, Readings, Updates
@@ -22,7 +24,9 @@ from .presets import PRESETS
 from .pyroelectric import PyroelectricDetector
 from .range_scan import PYRO, SCAN, PirParameters, RangeScan
 from .scan_evidence import FIELDS as SCAN_FIELDS
+from .scan_evidence import cause_of_scan
 from .warm_evidence import FIELDS as WARM_FIELDS
+from .warm_evidence import cause_of_warmth
 
 EVIDENCE = (*SCAN_FIELDS, *WARM_FIELDS)
 
@@ -47,6 +51,12 @@ class MotionDetector(Model):
         readings = self._sensing.sense(parameters, updates)
         evidence = {field.name: readings.evidence.get(field.name) for field in EVIDENCE}
         return replace(readings, evidence=evidence)
+
+
+def cause(track: Any, index: int) -> Cause:
+    """Return the cause of update `index` of a `Track` by the detector's model."""
+    is_scan = track.parameters_at(index).model == "RANGE_SCAN"
+    return cause_of_scan(track, index) if is_scan else cause_of_warmth(track, index)
 
 
 KIND = Kind(
@@ -83,6 +93,7 @@ KIND = Kind(
         ),
     ),
     evidence=EVIDENCE,
+    cause=cause,
     model=MotionDetector,
     needs={RAYS: SCAN["used_when"], WARMTH: PYRO["used_when"]},
     # At a lower rate the signal of a walker is more than 5 % too low.

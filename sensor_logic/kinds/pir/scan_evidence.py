@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ...arrays import Array, Index
-from ...evidence import rows_text
+from ...evidence import Cause, rows_of, rows_text
 from ...kind import Field
 from ...model import Pose, Updates
 
@@ -32,6 +32,20 @@ FIELDS = (
     Field("sensor_moved", float, "m", tip="How far the sensor moved between the scans"),
     Field("sensor_turned", float, "rad", tip="By how much the sensor turned between the scans"),
 )
+
+
+def cause_of_scan(track: Any, index: int) -> Cause:
+    """Return the cause of update `index` of a `Track`: the ray whose range changed most."""
+    tilt, ray, before, after, culprit, over = (
+        track.evidence.value(name, index)
+        for name in ("tilt", "ray", "before", "after", "culprit", "over")
+    )
+    if ray < 0:
+        return Cause()
+    names: tuple[str, ...] = ()
+    if culprit and abs(after - before) > track.parameters_at(index).threshold:
+        names = (culprit, *(name for name, _ in rows_of(over) if name not in ("", culprit)))
+    return Cause(names, f"tilt {tilt}, ray {ray}", "range_m", before, after)
 
 
 ARRAYS = "ranges", "clean", "solids"
@@ -128,16 +142,16 @@ class ScanEvidence:
         self._numbers = updates.numbers
         self._how = threshold, updates.name_of
 
-    def add(self, which: Index, old: Scan | None, new: Scan, tilts: range) -> None:
+    def add(self, indices: Index, old: Scan | None, new: Scan, tilts: range) -> None:
         """Set the evidence of successive updates that all have the scan `new` of some tilts.
 
-        `which` (k,) has the indices of the updates, and `old` is the scan before the first of them.
+        `indices` (k,) are those of the updates, and `old` is the scan before the first of them.
         """
         if old is not None and old.ranges.shape == new.ranges.shape:
             for name, value in compare_scans(old, new, tilts, *self._how).items():
-                self.columns[name][which[0]] = value
-        if len(which) > 1:
-            self.columns["ago"][which[1:]] = np.diff(self._numbers[which])
+                self.columns[name][indices[0]] = value
+        if len(indices) > 1:
+            self.columns["ago"][indices[1:]] = np.diff(self._numbers[indices])
 
 
 def stacked(scans: Sequence[Scan | None], new: Scan | None = None) -> Scan | None:

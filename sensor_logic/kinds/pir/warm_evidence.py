@@ -6,12 +6,13 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Callable
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ...arrays import Array
-from ...evidence import rows_text
+from ...evidence import Cause, rows_of, rows_text
 from ...kind import Field
 from ...model import Emission, Updates
 from ...physics import STEFAN_BOLTZMANN, radiosity
@@ -30,11 +31,75 @@ FIELDS = (
 )
 
 
+# s. Changes that are longer ago have mostly decayed in the amplifier.
+WINDOW = 0.5
+# s. This long after a movement the signal may swing over the threshold once more.
+SWING_BACK = 2.0
+
+
+@dataclass(frozen=True)
+class WarmObject:
+    """An object that changed the radiant power on the detector's elements.
+
+    Attributes
+    ----------
+    name
+        The name of the object.
+    change
+        The sum of the absolute changes of power from update to update, in W per m² of lenslet.
+    temperature
+        The mean temperature of its surface in K.
+    rays
+        The number of rays that hit the object after its last change.
+    """
+
+    name: str
+    change: float
+    temperature: float
+    rays: int
+
+
+def cause_of_warmth(track: Any, index: int) -> Cause:
+    """Return the cause of update `index` of a `Track`: what changed the power on the elements."""
+    signals = track.columns["signal"]
+    before, after = signals[index - 1] if index else math.nan, signals[index]
+    things = warm_objects(track, index) if abs(after) > 1.0 else ()
+    return Cause(tuple(thing.name for thing in things), "", "signal", before, after)
+
+
+def warm_objects(track: Any, index: int) -> tuple[WarmObject, ...]:
+    """Return the objects that explain the signal at update `index` of a `Track`.
+
+    The object with the greatest change is first.
+    """
+    things = _changed(track, index, WINDOW)
+    if abs(track.columns["signal"][index]) > 1.0 and not things:
+        # After a movement the amplifier swings back, so the cause may be further in the past.
+        things = _changed(track, index, SWING_BACK)
+    return things
+
+
+def _changed(track: Any, index: int, window: float) -> tuple[WarmObject, ...]:
+    """Return the objects that changed the power in the `window` (s) up to an update."""
+    times, at = track.times, index
+    found: dict[str, WarmObject] = {}
+    warmth: dict[str, tuple[float, int]] = {}
+    while at > 0 and times[index] - times[at - 1] <= window + 1e-9:
+        for name, change, temperatures, count, rays in rows_of(track.evidence.value("warm", at)):
+            total, of = warmth.get(name, (0.0, 0))
+            warmth[name] = total, of = total + temperatures, of + count
+            known = found.get(name, WarmObject(name, 0.0, 0.0, rays))
+            found[name] = replace(known, change=known.change + abs(change), temperature=total / of)
+        at -= 1
+    things = (thing for _, thing in sorted(found.items()) if thing.change > 0.0)
+    return tuple(sorted(things, key=lambda thing: -thing.change))
+
+
 class _Seen(NamedTuple):
     """What a detector's n rays meet at one update.
 
     `power` (n,) is the radiant power on the elements, minus that of surroundings of one
-    temperature, in W per m² of lenslet. `temperature` (n,) is in K. `hits` has the numbers `met`
+    temperature, in W per m² of lenslet. `temperature` (n,) is in K. `hits` has the numbers `solids`
     (n,) of the solids and the `ranges` (n,).
     """
 
@@ -44,7 +109,7 @@ class _Seen(NamedTuple):
 
 
 class WarmEvidence:
-    """The evidence of successive updates. Its state is what the rays met at the last one."""
+    """The evidence of successive updates. Its state is what the rays hit at the last one."""
 
     def __init__(self) -> None:
         self._last: _Seen | None = None
@@ -85,9 +150,9 @@ def _changes(old: _Seen, new: _Seen, name_of: Callable[[int], str]) -> list[tupl
         return []
     # The nearer of the two objects is the one that came or left.
     was_nearer = old.hits.ranges[which] < new.hits.ranges[which]
-    met = np.where(was_nearer, old.hits.met[which], new.hits.met[which])
+    hit = np.where(was_nearer, old.hits.solids[which], new.hits.solids[which])
     temperature = np.where(was_nearer, old.temperature[which], new.temperature[which])
-    numbers, of = np.unique(met, return_inverse=True)
+    numbers, of = np.unique(hit, return_inverse=True)
     change = np.bincount(of, delta[which])
     warmth, count = np.bincount(of, temperature), np.bincount(of)
     found: dict[str, list[float]] = defaultdict(lambda: [0.0, 0.0, 0, 0])
@@ -97,7 +162,7 @@ def _changes(old: _Seen, new: _Seen, name_of: Callable[[int], str]) -> list[tupl
             row[0] += float(change[i])
             row[1] += float(warmth[i])
             row[2] += int(count[i])
-    for number, rays in zip(*np.unique(new.hits.met, return_counts=True), strict=True):
+    for number, rays in zip(*np.unique(new.hits.solids, return_counts=True), strict=True):
         if (name := name_of(int(number))) in found:
             found[name][3] += int(rays)
     return [(name, *row) for name, row in found.items()]

@@ -15,6 +15,7 @@ from ...radio.echoes import ECHOES
 from ...radio.properties import OWNER_PROPERTIES
 from .coverage import view
 from .gate_evidence import FIELDS as EVIDENCE
+from .gate_evidence import cause
 from .parameters import RadarParameters
 from .presets import PRESETS
 from .radar import PresenceRadar
@@ -58,6 +59,7 @@ KIND = Kind(
         Field("gates", str, quantity="energies", tip="Energies of each gate: moving/still"),
     ),
     evidence=EVIDENCE,
+    cause=cause,
     model=PresenceRadar,
     needs={ECHOES: ()},
     integrates="integration_time",

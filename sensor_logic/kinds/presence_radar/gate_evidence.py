@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable
 from typing import Any
 
@@ -10,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...arrays import Array, Index
-from ...evidence import rows_text
+from ...evidence import Cause, rows_of, rows_text
 from ...kind import Field
 from ...radio.echoes import Echoes
 from .parameters import NEVER, OFF, THRESHOLDS, RadarParameters
@@ -30,6 +31,27 @@ FIELDS = (
     Field("through", str, tip="Objects that the waves passed on the way to the strongest"),
     Field("stops", str, tip="Objects that stop most waves, if no gate detects"),
 )
+
+
+def cause(track: Any, index: int) -> Cause:
+    """Return the cause of update `index` of a `Track`: what is in the gate that detects most."""
+    gate, detects, by_movement = (
+        track.evidence.value(name, index) for name in ("gate", "detects", "by_movement")
+    )
+    objects = rows_of(track.evidence.value("objects", index)) if detects else ()
+    energies = [
+        gate_energies(track.columns["gates"][at])[gate][0 if by_movement else 1]
+        for at in range(max(index - 1, 0), index + 1)
+    ]
+    before = energies[0] if index else math.nan
+    names = tuple(name for (name,) in objects)
+    return Cause(names, f"gate {gate}", "energy", before, energies[-1])
+
+
+def gate_energies(text: str) -> list[tuple[float, float]]:
+    """Return the energies of movement and breathing of each gate from the field `gates`."""
+    pairs = [gate.partition("/") for gate in text.split(";")] if text else []
+    return [(float(moving), float(still)) for moving, _, still in pairs]
 
 
 def is_off(thresholds: Any) -> Any:

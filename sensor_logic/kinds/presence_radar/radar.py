@@ -874,9 +874,3 @@ def gates_texts(reported: Array) -> list[str]:
     whole = np.rint(reported).astype(np.intp)
     pairs = whole[:, 0] * 101 + whole[:, 1]
     return [";".join([_PAIRS[pair] for pair in row]) for row in pairs.tolist()]
-
-
-def gate_energies(text: str) -> list[tuple[float, float]]:
-    """Return the energies of movement and breathing of each gate from the field `gates`."""
-    pairs = [gate.partition("/") for gate in text.split(";")] if text else []
-    return [(float(moving), float(still)) for moving, _, still in pairs]

@@ -14,7 +14,7 @@ from ...kind import WARMTH, Field, Kind
 from .array import ThermalArray
 from .coverage import view
 from .parameters import ThermalArrayParameters
-from .pixel_evidence import FIELDS
+from .pixel_evidence import FIELDS, cause
 from .presets import PRESETS
 
 OCCUPIED = Field(
@@ -69,6 +69,7 @@ KIND = Kind(
         ),
     ),
     evidence=FIELDS,
+    cause=cause,
     model=ThermalArray,
     needs={WARMTH: ()},
     in_room=True,

@@ -4,17 +4,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from importlib.util import find_spec
 from pathlib import Path
 
 from ..error import InputError
-from ..files import check_folder
+from ..files import check_folder, check_target
 from . import Format, FormatFiles
 
 
 def check_installed(target: Format) -> None:
     """Raise InputError if the package that a format needs is not installed."""
-    if target.needs and find_spec(target.needs) is None:
+    if not target.is_installed:
         raise InputError(
             f"{target.name} needs {target.needs}, which is not installed: "
             f"pip install {target.needs}, or choose another format"
@@ -36,6 +35,7 @@ def check_out(target: Format, out: Path, sources: Iterable[Path] = (), flag: str
     if target.is_folder and out.exists() and not out.is_dir():
         raise InputError(f"{flag}: {out} is a file; {target.name} is a folder, give its name")
     check_folder(out if target.is_folder and out.exists() else out.parent, flag)
+    check_target(out, flag)
 
 
 def check_apart(flag: str, path: Path, others: Iterable[Path]) -> None:
@@ -49,6 +49,7 @@ def check_apart(flag: str, path: Path, others: Iterable[Path]) -> None:
     if path.resolve() in {other.resolve() for other in others}:
         raise InputError(f"{flag}: {path} is also read or written; give another name")
     check_folder(path.parent, flag)
+    check_target(path, flag)
 
 
 def output_files(target: Format, out: Path, written: FormatFiles) -> dict[Path, str | bytes]:

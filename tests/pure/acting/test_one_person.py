@@ -205,8 +205,10 @@ schema = 1
 begins = "Sleep"
 [activity.Sleep]
 do = ["switch Lamp bedroom off", "lie Bed"]
+while = []
 [activity.Read]
 do = ["switch Lamp bedroom on", "sit Sofa"]
+while = []
 [[plan]]
 person = "anna"
 entries = [
@@ -337,3 +339,26 @@ def test_who_gives_up_a_place_takes_the_frame_out_of_the_home(play) -> None:
     assert 35 * 60 < away.start < 37 * 60
     pose = day.acted.bodies["anna"].poses(np.array([away.start - 1.0]))
     assert np.hypot(*(pose.walker[0, :2] - pose.pelvis[0, :2])) < 0.5
+
+
+def test_what_a_person_uses_is_in_use_from_the_start_to_the_end(play) -> None:
+    exact = [f"{name} = {{ varies = 0.0 }}" for name in ("Stove", "Washbasin", "Toilet")]
+    day = play(ACTIVITIES, {"anna": DAY_PLAN}, head="\n".join(["[uses]", *exact]))
+    used = day.acted.times_in_use()
+    # Nobody only stands at a place that is in use: hands work there for as long as the step says.
+    assert np.allclose(np.diff(used["Stove"]), 60.0) and len(used["Stove"]) == 1
+    assert np.allclose(np.diff(used["Washbasin"]), 20.0) and len(used["Washbasin"]) == 2
+    assert "Window" not in used
+    # A seat is in use from when the person sits on it until the person gets up.
+    sat = [
+        (s.start, s.end) for s in day.acted.where if (s.place, s.posture) == ("Toilet", "sitting")
+    ]
+    assert np.allclose(used["Toilet"], sat) and np.allclose(np.diff(sat), 120.0)
+    assert day.acted.last_user("Toilet", sat[0][0] + 1.0) == "anna"
+    assert day.acted.last_user("Toilet", sat[0][0] - 1.0) == ""
+    # The day starts in bed, and ends there.
+    bed = used["Bed"]
+    assert bed[0][0] <= 0.0 < bed[0][1] < bed[-1][0] < DAY <= bed[-1][1]
+    lamp = play(ACTIVITIES, {"anna": [(0, "Relax"), (60, "Light"), (180, "Dark"), (240, "Light")]})
+    ((on, off), (again, end)) = lamp.acted.times_in_use()["Bulb bedroom"]
+    assert 3600 < on < 3700 and 10800 < off < 10900 and again < DAY and end == np.inf

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import os
 import shlex
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -24,16 +25,16 @@ from bpy.props import (
 from bpy.types import Context, Operator, PropertyGroup
 from bpy_extras.io_utils import ExportHelper
 
-from ..angen_addon.relative_path import RELATIVE_PATH, ChosenFile
-from ..angen_addon.scene.sensors import Sensor, all_sensors
-from ..angen_addon.view.active import active_sensor
-from ..parts import EXTRAS, install_command
-from ..sensor_logic import study_file
-from ..sensor_logic.kind import Kind
-from ..sensor_logic.logs.error import AngenError
-from ..sensor_logic.logs.files import write_files
-from ..sensor_logic.study_file import BETWEEN, COMMON, POSE, Vary
-from .polls import cancelled, needs
+from ...angen_addon.relative_path import RELATIVE_PATH, ChosenFile
+from ...angen_addon.scene.sensors import Sensor, all_sensors
+from ...angen_addon.view.active import active_sensor
+from ...operators.polls import cancelled, needs
+from ...parts import EXTRAS, install_command
+from ...sensor_logic.kind import Kind
+from ...sensor_logic.logs.error import AngenError
+from ...sensor_logic.logs.files import write_files
+from .. import study_file
+from ..study_file import BETWEEN, COMMON, POSE, Vary
 
 
 class AngenStudyVary(PropertyGroup):
@@ -105,8 +106,14 @@ def vary_of(row: AngenStudyVary) -> Vary:
 def command(file: str) -> str:
     """Return the shell command that runs a study file; empty if `file` is empty."""
     path = Path(bpy.path.abspath(file))
-    study, out = (shlex.quote(str(p)) for p in (path, path.with_suffix("")))
+    study, out = map(quoted, (path, path.with_suffix("")))
     return f"angen study run {study} --out {out}" if file else ""
+
+
+def quoted(path: Path) -> str:
+    """Return a path as one word of a command in the system's shell."""
+    # cmd and PowerShell know double quotes, which no file name on Windows contains.
+    return f'"{path}"' if sys.platform == "win32" else shlex.quote(str(path))
 
 
 def varied_sensors(context: Context) -> list[Sensor]:
@@ -245,8 +252,8 @@ class ANGEN_OT_study_report(Operator):
         file = Path(bpy.path.abspath(context.window_manager.angen_study.file))
         report = file.with_suffix("") / "report.html"
         if not report.is_file():
-            folder = shlex.quote(str(report.parent))
-            return cancelled(self, f"There is no report yet: run `angen study report {folder}`")
+            text = f"There is no report yet: run `angen study report {quoted(report.parent)}`"
+            return cancelled(self, text)
         bpy.ops.wm.url_open(url=report.resolve().as_uri())
         return {"FINISHED"}
 

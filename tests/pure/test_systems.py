@@ -1,0 +1,195 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What Windows and macOS do otherwise than Linux, imitated one behaviour at a time.
+
+Each test has the name of the behaviour, and holds on all systems. tests/blender/test_systems.py has
+those that need Blender.
+"""
+
+import io
+import os
+import sys
+import unicodedata
+import zoneinfo
+from pathlib import Path
+
+import pytest
+from angen_sensors.angen_addon.commands import compare as compare_command
+from angen_sensors.angen_addon.commands import convert
+from angen_sensors.sensor_logic.logs import files
+from angen_sensors.sensor_logic.logs.error import AngenError, InputError
+from angen_sensors.sensor_logic.logs.files import (
+    check_folder,
+    check_target,
+    file_names,
+    write_files,
+)
+from angen_sensors.sensor_logic.logs.log import HEADER, for_spreadsheets, to_csv
+
+ROWS = [("0", "1", "0"), ("5", "121", "1"), ("9", "217", "0")]
+LOG = to_csv(HEADER, [(time, frame, "Küche", "PIR", "moved", value) for time, frame, value in ROWS])
+
+
+def contents(folder):
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
+@pytest.fixture
+def terminal(monkeypatch):
+    """Give standard output a code page and the line ends of Windows; return what is written."""
+
+    def open_as(code_page):
+        written = io.BytesIO()
+        stream = io.TextIOWrapper(written, encoding=code_page, newline="\r\n")
+        monkeypatch.setattr(sys, "stdout", stream)
+        return written
+
+    return open_as
+
+
+@pytest.mark.parametrize("code_page", ["cp437", "cp1252"])
+def test_standard_output_with_line_ends_and_code_page_of_windows(terminal, code_page, tmp_path):
+    path = tmp_path / "Küche → 1.csv"
+    path.write_bytes(LOG.encode())
+    written = terminal(code_page)
+    assert compare_command.main([str(path), str(path)], "angen") == 0
+    text = written.getvalue().decode()
+    assert "Küche → 1" in text and "\r" not in text
+
+
+@pytest.fixture
+def opened(monkeypatch):
+    """Let the files in the returned set be open in another program, as Windows has it."""
+    found = set()
+
+    def guarded(move):
+        def run(old, new, *rest, **options):
+            if found & {Path(old), Path(new)}:
+                raise PermissionError(13, "Permission denied", str(old), 32, str(new))
+            return move(old, new, *rest, **options)
+
+        return run
+
+    monkeypatch.setattr(os, "replace", guarded(os.replace))
+    monkeypatch.setattr(os, "rename", guarded(os.rename))
+    return found
+
+
+def test_of_several_files_none_is_new_where_one_is_open_in_another_program(tmp_path, opened):
+    names = ("a.csv", "b.csv", "c.csv")
+    for name in names:
+        (tmp_path / name).write_text("old")
+    opened.add(tmp_path / "b.csv")
+    with pytest.raises(AngenError, match=r"another program has .*b\.csv open: close it there"):
+        write_files({tmp_path / name: "new" for name in names})
+    assert set(contents(tmp_path)) == set(names)
+    assert set(contents(tmp_path).values()) == {b"old"}
+    opened.clear()
+    write_files({tmp_path / name: "new" for name in names})
+    assert set(contents(tmp_path).values()) == {b"new"}
+
+
+def test_a_file_open_in_another_program_is_told_before_the_work(tmp_path, opened, angen):
+    path, out = tmp_path / "log.csv", tmp_path / "out.xes"
+    path.write_bytes(LOG.encode())
+    out.write_text("old")
+    opened.add(out)
+    status, _, err = angen("convert", path, "--format", "xes", "--out", out)
+    assert (status, err.count("\n")) == (1, 1)
+    assert f"--out: another program has {out} open" in err
+    check_target(path, "--out")
+
+
+def test_a_path_too_long_for_the_system_is_told_before_the_work(tmp_path):
+    """Windows takes 259 characters, Linux 4095 bytes: a temporary file needs more than a target."""
+    folder = tmp_path
+    try:
+        limit = os.pathconf(tmp_path, "PC_PATH_MAX")
+    except (AttributeError, OSError, ValueError):
+        pytest.skip("the system tells no limit")
+    while len(str(folder)) < limit - 220:
+        folder /= "f" * 200
+    folder /= "f" * (limit - len(str(folder)) - 20)
+    folder.mkdir(parents=True)
+    (folder / "a.csv").write_text("fits")
+    with pytest.raises(InputError, match=r"--events: cannot write in .*: File name too long"):
+        check_folder(folder, "--events")
+
+
+def test_a_path_of_250_characters(tmp_path):
+    folder = tmp_path / "Jörg Ängström" / ("f" * (250 - len(str(tmp_path / "Jörg Ängström")) - 12))
+    folder.mkdir(parents=True)
+    path = folder / "events.csv"
+    assert len(str(path)) == 250
+    check_folder(folder, "--events")
+    write_files({path: "new"})
+    assert contents(folder) == {"events.csv": b"new"}
+
+
+def test_names_equal_but_for_how_accents_are_encoded_or_for_case():
+    composed = unicodedata.normalize("NFC", "Küche")
+    names = [composed, unicodedata.normalize("NFD", "Küche"), composed.upper()]
+    found = file_names(names)
+    assert list(found) == names
+    same = {unicodedata.normalize("NFD", name).casefold() for name in found.values()}
+    assert len(same) == 3
+
+
+def test_names_of_255_bytes_are_shortened(tmp_path):
+    names = ["ä" * 127 + "a", "ä" * 127 + "b", "c" * 255]
+    found = file_names(names)
+    assert len(set(found.values())) == 3
+    write_files({tmp_path / name: "" for name in found.values()})
+    assert all(name[:50] == sensor[:50] for sensor, name in found.items())
+    assert max(len(name.encode()) for name in found.values()) <= 255
+
+
+def test_a_zone_where_the_system_has_no_list_of_time_zones(monkeypatch):
+    before = zoneinfo.TZPATH
+    zoneinfo.reset_tzpath([])
+    zoneinfo.ZoneInfo.clear_cache()
+    # The package tzdata, which the project installs on Windows.
+    monkeypatch.setitem(sys.modules, "tzdata", None)
+    try:
+        with pytest.raises(InputError, match="no list of time zones: pip install tzdata"):
+            convert._zone("Europe/Stockholm")
+    finally:
+        zoneinfo.reset_tzpath(before)
+    with pytest.raises(InputError, match="'Europe/Atlantis' is unknown: give one such as"):
+        convert._zone("Europe/Atlantis")
+
+
+@pytest.mark.parametrize(
+    ("comma", "expected"),
+    [
+        (False, '\ufefftime_s,sensor\r\n0.500000,Küche\r\n-1.5,"a,b"\r\n'),
+        (True, "\ufefftime_s;sensor\r\n0,500000;Küche\r\n-1,5;a,b\r\n"),
+    ],
+)
+def test_a_spreadsheet_in_german(comma, expected):
+    """It takes a text without a mark for Windows-1252, and 0.5 for a date."""
+    pieces = ["time_s,sensor\r\n", '0.500000,Küche\r\n-1.5,"a,b"\r\n']
+    assert "".join(for_spreadsheets(pieces, comma)) == expected
+
+
+@pytest.mark.parametrize("verb", ["compare", "convert"])
+def test_a_log_that_windows_powershell_has_redirected(tmp_path, angen, verb):
+    """Its > writes UTF-16, with a mark."""
+    path = tmp_path / "log.csv"
+    path.write_bytes(LOG.encode("utf-16"))
+    out = [path] if verb == "compare" else ["--format", "xes", "--out", tmp_path / "out"]
+    status, _, err = angen(verb, path, *out)
+    assert (status, err) == (
+        2,
+        f"angen: {path} is in UTF-16, as > in Windows PowerShell writes: "
+        "use an option such as --events there, or cmd\n",
+    )
+
+
+def test_a_file_that_is_read_only_is_told(tmp_path, monkeypatch):
+    path = tmp_path / "a.csv"
+    path.write_text("old")
+    monkeypatch.setattr(files, "SYSTEM", "nt")
+    check_target(path, "--events")
+    monkeypatch.setattr(os, "access", lambda *_: False)
+    with pytest.raises(AngenError, match=r"--events: .*a\.csv is read-only"):
+        check_target(path, "--events")

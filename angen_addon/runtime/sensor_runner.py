@@ -9,6 +9,7 @@ the scene. The functions in `ANSWERS` answer these queries by the probes.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -20,6 +21,7 @@ from ...sensor_logic.clock import Clock, Schedule
 from ...sensor_logic.forces.world import PadForces
 from ...sensor_logic.geometry.sweep import RayCrossings
 from ...sensor_logic.kind import CROSSINGS, FORCES, LIGHT, POSES, RAYS, USES
+from ...sensor_logic.logs.error import AngenError
 from ...sensor_logic.model import (
     Answers,
     Array,
@@ -41,9 +43,9 @@ from ..scene.light.views import view_rays
 from ..scene.rays.caster import RayCaster
 from ..scene.rays.sweep import TOLERANCE, SweptRays
 from ..scene.sensor_reader import Read, SensorReader
-from ..scene.sensors import Sensor, decimal
+from ..scene.sensors import Sensor, decimal, read_parameters
 from ..scene.surfaces import SURFACES
-from ..scene.uses import may_change
+from ..scene.uses import keyed_uses, may_change
 from .probes import Probes
 from .trace import CAST, CastRays, PlacedStep, Query, Swept, Trace
 
@@ -385,6 +387,31 @@ class SensorRunner:
         self.model = self.sensor.kind.model()
         self.reader.forget()
         self.trace.forget()
+
+    def recall(self, step: int) -> None:
+        """Let the model know the uses of what it watches before `step`, as keys tell them.
+
+        Call this method after a jump of the playhead. It does nothing for other kinds of sensors.
+        """
+        if not self.sensor.kind.requires(USES):
+            return
+        frame_start = self.clock.frame_start
+        last = self.clock.frame_and_subframe(step)[0] - 1
+        if last < frame_start or not (known := keyed_uses(self.sensor, frame_start, last)):
+            return
+        steps = np.array([self.clock.first_step(frame) for frame, _ in known])
+        rows = np.arange(len(known))
+        updates = Updates(
+            rows,
+            self.clock.times_and_frames(steps)[0],
+            np.zeros(len(known), bool),
+            Pose(np.zeros(3), np.eye(3)),
+            {USES: lambda indices=None: Answers([use for _, use in known], rows)},
+            partial(generator, 0, ""),
+            partial(generator, 0, "", 0),
+        )
+        with suppress(AngenError):
+            self.model.sense(read_parameters(self.sensor, self.sensor.settings), updates)
 
     def pending(self, due: SensorSteps, probes: Probes) -> Iterator[PendingUpdates]:
         """Yield the updates at the steps `due` (one or more), which are in the probes' batch.

@@ -3,16 +3,18 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from typing import Any
 
+import bpy
 import numpy as np
 
 from ...sensor_logic.kind import USES
 from ...sensor_logic.logs.error import AngenError, explained
 from ...sensor_logic.model import Answers, Index, ObjectUse
 from ...sensor_logic.parameters import specs
-from .animation import is_animated
+from .animation import curves, is_animated, time_stretch
 from .sensors import NotPlaced, Sensor, is_placed
 
 # The data path of whether an object is in use.
@@ -47,6 +49,26 @@ def check_watched(sensor: Sensor, depsgraph: Any) -> None:
             "use",
             "enable it there (monitor icon), or tick its collection",
         )
+
+
+def keyed_uses(sensor: Sensor, first: int, last: int) -> list[tuple[int, ObjectUse]]:
+    """Return the use of what a sensor watches at `first`, and at the frames where it may change.
+
+    These are whole frames from `first` to `last`, in order. The list is empty if anything but keys
+    of an action sets the use, or if nothing does.
+    """
+    watched = watched_object(sensor)
+    if watched is None or watched.animation_data is None:
+        return []
+    found = curves(watched, {PATH})
+    strips = [strip for track in watched.animation_data.nla_tracks for strip in track.strips]
+    if len(found) != 1 or found[0].mute or strips or len(watched.animation_data.drivers):
+        return []
+    stretch = time_stretch(bpy.context.scene)
+    keys = (math.ceil(point.co[0] / stretch) for point in found[0].keyframe_points)
+    frames = sorted({first, *(frame for frame in keys if first < frame <= last)})
+    values = ((frame, found[0].evaluate(frame * stretch)) for frame in frames)
+    return [(frame, ObjectUse(watched.name, value >= 0.5)) for frame, value in values]
 
 
 class UseReader:

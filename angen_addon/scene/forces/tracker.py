@@ -129,7 +129,7 @@ class ContactTracker:
     def states_near(
         self, pad: Uid, frames: Frames, scene: Any, metres: float
     ) -> list[bytes] | None:
-        """Return a state for each stored frame; a pad feels the same at frames with equal states.
+        """Return a state for each frame; at frames with equal states, the pad feels the same.
 
         Return None if bounds cannot tell, or before the first `look` at the present list of solids.
         """

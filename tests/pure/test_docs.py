@@ -208,7 +208,6 @@ def test_an_example_without_its_packages_is_one_line(name):
     assert done.stderr.count("\n") == 1
 
 
-
 def test_the_twin_of_a_real_home_names_sensors_and_activities_that_it_has():
     twin = page.DOCS / "examples" / "twin"
     read = {path.stem: tomllib.loads(path.read_text("utf-8")) for path in twin.glob("*.toml")}

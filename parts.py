@@ -16,6 +16,7 @@ from typing import Any
 # Each module has `register` and `unregister`. Later modules may need earlier ones, and panels come
 # in the order of the sidebar.
 MODULES = (
+    "angen_addon.translations.interface",
     "angen_addon.properties",
     "residents.blender.marks",
     "residents.blender.settings",
@@ -64,11 +65,13 @@ MODULES = (
     "operators.coverage",
     "operators.propose",
     "operators.doctor",
-    "operators.study",
+    "operators.live_mqtt",
+    "studies.window.operators",
     "panels.presets",
     "panels.physics_tab",
     "panels.table",
     "panels.sidebar",
+    "panels.live_mqtt",
     "panels.events",
     "panels.active_sensor",
     "panels.overlay",
@@ -80,7 +83,7 @@ MODULES = (
     "residents.panels.places",
     "residents.panels.strip",
     "residents.panels.day",
-    "panels.study",
+    "studies.window.panel",
     "panels.doctor",
     "angen_addon.runtime.handlers",
     "angen_addon.commands.command_line",
@@ -111,13 +114,19 @@ WITHOUT_BLENDER = {
 }
 # The folders that the zip lacks, each with the extra of the Python package that installs it.
 EXTRAS = {"studies": "study"}
-# The modules with the class `Home`, for scripts: the first that is installed is used.
-HOMES = ("residents.blender.api", "angen_addon.api.home")
+# The packages without which a house shows nothing in the window.
+NEEDED = {"studies": ("distributed", "jinja2", "pandas")}
 
 
 def installed(name: str) -> bool:
     """Return whether the top-level folder of the module `name` is installed."""
     return find_spec(f".{name.partition('.')[0]}", __package__) is not None
+
+
+def runs_here(name: str) -> bool:
+    """Return whether the module `name` is installed, with all that its house needs."""
+    house = name.partition(".")[0]
+    return installed(name) and all(map(find_spec, NEEDED.get(house, ())))
 
 
 WITHOUT_BLENDER = {

@@ -17,14 +17,8 @@ from pathlib import Path
 from typing import NoReturn
 
 from .process.console import leave_hard, note, write_message
-from .process.standalone import (
-    PACKAGE,
-    fill_closed_streams,
-    load_extension,
-    open_file,
-    standard_output_silenced,
-    unreadable,
-)
+from .process.standalone import PACKAGE, load_extension, open_file, unreadable
+from .process.system import fill_closed_streams, standard_output_silenced
 
 # Verbs whose blend file is not their first argument, with its position.
 HOME_AT = {"apply": 1}

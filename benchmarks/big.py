@@ -131,7 +131,7 @@ def measure(name: str, triangles: int) -> list[float]:
     blender_s = time.perf_counter() - started
     # The memory that building the scene took does not count.
     gc.collect()
-    Path("/proc/self/clear_refs").write_text("5")
+    Path("/proc/self/clear_refs").write_text("5", encoding="utf-8")
     before = memory_mib()
     start_s, _ = run(scene, sensors_of(), 1, 1)
     start_mb = memory_mib(most=True) - before

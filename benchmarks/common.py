@@ -39,7 +39,7 @@ def machine() -> str:
     """Return the processor, the cores of this process, and the versions of Blender and numpy."""
     name = platform.processor() or platform.machine()
     if CPU_INFO.exists():
-        lines = CPU_INFO.read_text().splitlines()
+        lines = CPU_INFO.read_text(encoding="utf-8").splitlines()
         names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
         name = names[0] if names else name
     can_tell = hasattr(os, "sched_getaffinity")
@@ -88,7 +88,9 @@ def memory_mib(most: bool = False) -> float:
     if not status.exists():
         return 0.0
     name = "VmHWM:" if most else "VmRSS:"
-    line = next(line for line in status.read_text().splitlines() if line.startswith(name))
+    line = next(
+        line for line in status.read_text(encoding="utf-8").splitlines() if line.startswith(name)
+    )
     return int(line.split()[1]) / 1024
 
 
@@ -178,22 +180,25 @@ def _timed_functions() -> tuple[tuple[Any, str, str], ...]:
     """Return the functions that `Stopwatch` times: owner, name, and part of the run."""
     from angen_sensors.angen_addon.runtime.edits import Edits
     from angen_sensors.angen_addon.runtime.probes import Probes
-    from angen_sensors.angen_addon.runtime.sensor_runner import PendingUpdates, SensorRunner
+    from angen_sensors.angen_addon.runtime.sensor_runner import PendingUpdates
+    from angen_sensors.angen_addon.scene.capture import Capture
     from angen_sensors.angen_addon.scene.forces.tracker import ContactTracker
     from angen_sensors.angen_addon.scene.rays.caster import RayCaster
     from angen_sensors.angen_addon.scene.rays.reference import SceneRayCaster
+    from angen_sensors.angen_addon.scene.sensor_reader import SensorReader
     from angen_sensors.sensor_logic.recording.tracks import Track
 
     return (
         (Edits, "note", "what moved"),
-        (RayCaster, "update", "what moved"),
-        (SceneRayCaster, "update", "what moved"),
+        (Capture, "add", "what moved"),
+        (Capture, "add_first", "what moved"),
+        (Capture, "finish", "what moved"),
         (RayCaster, "cast_at", "rays"),
         (SceneRayCaster, "cast_at", "rays"),
         (ContactTracker, "look", "contact forces"),
         (Probes, "forces", "contact forces"),
         (Probes, "measure", "light"),
-        (SensorRunner, "read", "sensor models"),
+        (SensorReader, "read", "sensor models"),
         (PendingUpdates, "readings", "sensor models"),
         (Track, "extend", "recording"),
     )

@@ -17,7 +17,7 @@ from typing import Any
 import bpy
 import numpy as np
 from angen_sensors.angen_addon.runtime.probes import Probes
-from angen_sensors.angen_addon.runtime.sensor_runner import SensorRunner
+from angen_sensors.angen_addon.runtime.sensor_runner import SensorRunner, single_update
 from angen_sensors.angen_addon.runtime.time_base import clock_of, evaluated_depsgraph
 from angen_sensors.sensor_logic.kind import RAYS, WARMTH
 from angen_sensors.sensor_logic.kinds.pir import MotionDetector
@@ -293,14 +293,14 @@ def _in_home(scene: Any, sensors: list[Any], frames: int) -> tuple[float, int, i
     for step in range(first - 24, first + frames):
         scene.frame_set(step + scene.frame_start)
         depsgraph = evaluated_depsgraph()
-        probes.look(depsgraph, None)
+        probes.look(depsgraph, step)
         # Build the trees of moved solids outside of the time: all models share them.
         for solid in probes.caster.solids.solids:
             if solid.moving and np.isfinite(solid.geometry.lo).all():
                 solid.geometry.tree(depsgraph)
         begin = time.process_time()
         for runner in runners:
-            reading = runner.take(step, step, depsgraph, probes).reading()
+            reading = single_update(runner, step, step, probes).reading()
             moved += reading.active and step >= first
         if step >= first:
             taken += time.process_time() - begin

@@ -12,7 +12,7 @@ from typing import Any
 import bpy
 import numpy as np
 from angen_sensors.angen_addon.runtime.probes import Probes
-from angen_sensors.angen_addon.runtime.sensor_runner import SensorRunner
+from angen_sensors.angen_addon.runtime.sensor_runner import SensorRunner, single_update
 from angen_sensors.angen_addon.runtime.time_base import clock_of, evaluated_depsgraph
 
 from .common import box_mesh, has, link, new_scene, sensors_of
@@ -149,9 +149,13 @@ def follow(scene: Any, watched: Sequence[Any] = ()) -> Followed:
         for obj in watched:
             poses[obj.name].append(np.array(obj.evaluated_get(depsgraph).matrix_world))
         begin = time.perf_counter()
-        probes.look(depsgraph, scene.frame_current, pads)
-        readings = [taken.reading() for taken in waiting]
-        waiting = [runner.take(step, step, depsgraph, probes) for runner in runners]
+        probes.look(depsgraph, step)
+        probes.look_at_motion(scene.frame_current, pads)
+        readings, before = [], scene.frame_current - 1
+        for update in waiting:
+            update.give_forces({before: probes.forces(update.runner.uid, before)})
+            readings.append(update.reading())
+        waiting = [single_update(runner, step, step, probes) for runner in runners]
         done.seconds.append(time.perf_counter() - begin)
         for pad, reading in zip(pads, readings, strict=False):
             track = done.tracks[pad.name]

@@ -18,7 +18,7 @@ from typing import Any
 import bpy
 import numpy as np
 from angen_sensors.angen_addon.runtime.probes import Probes, make_caster
-from angen_sensors.angen_addon.runtime.sensor_runner import SensorRunner
+from angen_sensors.angen_addon.runtime.sensor_runner import SensorRunner, single_update
 from angen_sensors.angen_addon.runtime.time_base import clock_of, evaluated_depsgraph
 from angen_sensors.angen_addon.scene.sensors import Sensor, read_parameters, read_pose
 from angen_sensors.sensor_logic.kinds.pir.range_scan import fan_directions
@@ -117,9 +117,9 @@ def run_caster(scene: Any, sensors: list[Sensor], caster_name: str, frames: int)
         evaluated = time.perf_counter()
         due = [(n, s) for s in runners for n, _ in s.schedule.updates(step, step)]
         if due:
-            probes.look(depsgraph, None)
+            probes.look(depsgraph, step)
         for number, runner in due:
-            done.moved.append(runner.take(number, step, depsgraph, probes).reading().active)
+            done.moved.append(single_update(runner, number, step, probes).reading().active)
         sensing = time.perf_counter() - evaluated
         if step < first:
             done.starting += sensing

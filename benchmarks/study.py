@@ -74,7 +74,7 @@ def _watched(study: Path, out: Path, jobs: int) -> dict[str, Any]:
     runs, told = out / "runs.jsonl", out.with_suffix(".txt")
     begin = start = end = 0.0
     seen, worker_mib, now, first_cpu, cpu = [], 0.0, 0.0, 0.0, 0.0
-    with open(told, "w") as errors:
+    with open(told, "w", encoding="utf-8") as errors:
         begin = time.perf_counter()
         driver = psutil.Popen([*command, "--jobs", str(jobs)], cwd=ROOT, stderr=errors)
         while driver.poll() is None:

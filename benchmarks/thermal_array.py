@@ -16,7 +16,7 @@ import bpy
 import numpy as np
 from angen_sensors.angen_addon.authoring.presets import find_preset
 from angen_sensors.angen_addon.runtime.probes import Probes
-from angen_sensors.angen_addon.runtime.sensor_runner import SensorRunner
+from angen_sensors.angen_addon.runtime.sensor_runner import SensorRunner, single_update
 from angen_sensors.angen_addon.runtime.time_base import clock_of, evaluated_depsgraph
 from angen_sensors.sensor_logic.geometry.pixels import all_cells, lattice_cells, pixel_directions
 from angen_sensors.sensor_logic.kind import WARMTH
@@ -95,11 +95,12 @@ def errors(frames: int) -> list[dict[str, Any]]:
         frame = FIRST + number * STRIDE
         scene.frame_set(frame)
         depsgraph = evaluated_depsgraph()
-        probes.look(depsgraph, None)
+        step = frame - scene.frame_start
+        probes.look(depsgraph, step)
         for runner in runners:
-            taken = runner.take(0, frame - scene.frame_start, depsgraph, probes)
+            taken = single_update(runner, 0, step, probes)
             assert taken is not None
-            parameters, update = taken.parameters, taken.update
+            parameters, update = taken.parameters, taken.updates[0]
             for bundle, (name, pattern) in enumerate([("", dense), *patterns.items()]):
                 ways = pixel_directions(
                     update.pose.axes, parameters.field_of_view, parameters.pixels, *pattern

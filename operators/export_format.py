@@ -16,11 +16,12 @@ from ..angen_addon.relative_path import ChosenFile
 from ..sensor_logic.logs.formats import FORMATS
 from .export_options import ExportOptions
 
-ITEMS = [(f.name, f.name, f.tip) for f in FORMATS.values() if f.name != "events"]
+# A format whose package is missing here is not offered.
+ITEMS = [(f.name, f.name, f.tip) for f in FORMATS.values() if f.name != "events" and f.is_installed]
 
 
 HOME_ASSISTANT = (
-    "To have these sensors in Home Assistant: the command angen replay sends a log to its broker "
+    "To have these sensors in Home Assistant: panel Live to MQTT, or the command angen replay "
     "(page Home Assistant of the docs)"
 )
 

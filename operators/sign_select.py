@@ -2,8 +2,8 @@
 """Select a sensor by a click on its sign, label or housing in a 3D view.
 
 A sign is the symbol that the viewport draws for a sensor. Blender itself would select the object
-behind the sign. The keymap items here come before Blender's. They pass on every click that is not
-on a sensor.
+behind the sign. The keymap items here come before Blender's, and after those of other add-ons. They
+pass on every click that is not on a sensor.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from bpy.types import Context, Event, Operator
 from bpy_extras.view3d_utils import region_2d_to_origin_3d, region_2d_to_vector_3d
 
 from ..angen_addon.scene.instances import housed_by
-from ..angen_addon.scene.sensors import Sensor, sensor_of
+from ..angen_addon.scene.sensors import Sensor, all_sensors, sensor_of
 from ..angen_addon.view.overlay.hover import sensor_at
 from .show import select, why_hidden
 
@@ -43,7 +43,8 @@ class ANGEN_OT_sign_select(Operator):
         return context.mode == "OBJECT" and area is not None and area.type == "VIEW_3D"
 
     def invoke(self, context: Context, event: Event) -> set[str]:
-        if not _is_select_button(context, event):
+        # In a scene without sensors a click must not cost a search tree of all its triangles.
+        if not _is_select_button(context, event) or not all_sensors(context.view_layer):
             return {"PASS_THROUGH"}
         place = event.mouse_region_x, event.mouse_region_y
         sensor = sensor_at(context, place) or sensor_of_housing_at(context, place)
@@ -130,6 +131,7 @@ def register() -> None:
         keymap = configuration.keymaps.new(name, space_type=space)
         for shift in (False, True):
             idname = ANGEN_OT_sign_select.bl_idname
+            # Blender merges the items in reverse: the head of this list comes after other add-ons.
             item = keymap.keymap_items.new(idname, button, moment, shift=shift, head=True)
             _keys.append((keymap, item))
 

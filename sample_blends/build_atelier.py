@@ -35,11 +35,13 @@ RESIDENTS = {
 # The rooms of the places that residents use: only the bath has its own walls.
 ROOMS = {
     "sleeping": "Bed of Karin, Bed of Olle, Bookshelf, Chest drawer, Lamp sleeping",
-    "kitchen": "Cat bowl, Chair east, Chair south, Chair west, Fridge, Fridge door, Kettle, "
-    "Kitchen tap, Lamp kitchen, Lamp table, Stove, Worktop",
+    "kitchen": "Cat bowl, Chair east, Chair south, Chair west, Cupboard door 1, Cupboard door 2, "
+    "Cupboard door 3, Cupboard door 4, Fridge, Fridge door, Kettle, Kitchen tap, Lamp kitchen, "
+    "Lamp table, Stove, Worktop",
     "living": "Armchair, Coffee table, Curtain east, Curtain west, Fig tree, Reading lamp, "
     "Sofa north, Sofa south, Television, Window place",
-    "entrance": "Coat hooks, Desk, Desk chair, Lamp entrance, Shoe bench, Wardrobe",
+    "entrance": "Coat hooks, Desk, Desk chair, Lamp entrance, Shoe bench, Wardrobe, "
+    "Wardrobe door left, Wardrobe door right",
 }
 # Turn (degrees) and position (m) of the home.
 YAW, AT = 27.0, (12.0, -5.0, 0.0)

@@ -1,6 +1,6 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-3.0-or-later
-# Adds the engines that the benchmarks compare with to an environment of make_venv.sh, once:
+# Adds the engines that the benchmarks compare with to an environment of dev.py, once:
 #   scripts/add_engines.sh DIR
 # An engine that cannot be installed here is named; the benchmarks leave it out, and say so too.
 set -eu

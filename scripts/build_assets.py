@@ -116,6 +116,6 @@ def picture(sensor: Any, path: Path) -> None:
 
 if __name__ == "__main__":
     target = Path(sys.argv[1])
-    with import_module("angen_addon.process.standalone").standard_output_silenced():
+    with import_module("angen_addon.process.system").standard_output_silenced():
         count = build(target, sys.argv[2:])
     print(f"{count} assets in {target / FILE}")

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Build the extension's zip: build_zip.py FOLDER. Needs Python 3.11 or later and nothing else.
 
-Blender's own tool builds and validates the zip if it is installed: in a Blender as a Python module,
-of this interpreter or of an environment of the project, or in a Blender program (the one that
-BLENDER names, or the one on PATH). Otherwise this script packs the same files, and checks the
-manifest.
+The same source gives the same bytes on each system, with the same zlib. Blender's own tool checks
+the zip and builds one of the same files if it is installed: in a Blender as a Python module (of
+this interpreter or of an environment of the project), or in a Blender program (the one that BLENDER
+names, or the one on PATH).
 """
 
 import fnmatch
@@ -15,6 +15,7 @@ import re
 import shutil
 import subprocess
 import sys
+import tempfile
 import tomllib
 import zipfile
 from pathlib import Path
@@ -33,7 +34,7 @@ NEEDED = {
     "type": r"add-on",
     "blender_version_min": r"4\.\d+\.\d+",
 }
-# The earliest time that a zip can store: the same files give the same bytes.
+# The earliest time that a zip can store.
 TIME = (1980, 1, 1, 0, 0, 0)
 
 
@@ -41,7 +42,8 @@ def extension_tool() -> list[str] | None:
     """Return the command line, up to its verb, of Blender's extension tool; None without it."""
     module = importlib.util.find_spec("bpy")
     folders = list(module.submodule_search_locations or ()) if module else []
-    folders += glob.glob(f"{ROOT}/.venv*/lib/python3.*/site-packages/bpy")
+    for packages in ("lib/python3.*/site-packages", "Lib/site-packages"):
+        folders += glob.glob(f"{ROOT}/.venv*/{packages}/bpy")
     for folder in folders:
         found = sorted(Path(folder).glob(TOOL))
         if found:
@@ -51,30 +53,47 @@ def extension_tool() -> list[str] | None:
 
 
 def build(folder: Path, tool: list[str] | None) -> Path:
-    """Write the zip into a folder, with the tool or without; validate it and return its path.
+    """Write the zip into a folder, check it, also with the tool if there is one, return its path.
 
     Raises
     ------
     ValueError
-        The manifest or the zip is not valid.
+        The manifest or the zip is not valid, or the tool packs other files.
     """
     manifest = tomllib.loads((ROOT / MANIFEST).read_text(encoding="utf-8"))
     check(manifest)
     target = folder.resolve() / f"{manifest['id']}-{manifest['version']}.zip"
     folder.mkdir(parents=True, exist_ok=True)
-    if tool is None:
-        pack(target, shipped(manifest))
-        check_zip(target)
-        return target
-    for arguments in (
-        ["validate", str(ROOT)],
-        ["build", "--source-dir", str(ROOT), "--output-filepath", str(target)],
-        ["validate", str(target)],
-    ):
-        done = subprocess.run([*tool, *arguments], capture_output=True, text=True, check=False)
-        if done.returncode != 0:
-            raise ValueError(f"{arguments[0]} failed\n{done.stdout}{done.stderr}")
+    pack(target, shipped(manifest))
+    check_zip(target)
+    if tool is not None:
+        _check_with(tool, target)
     return target
+
+
+def _check_with(tool: list[str], target: Path) -> None:
+    """Raise `ValueError` if Blender's tool refuses the zip, or packs other files."""
+    with tempfile.TemporaryDirectory() as folder:
+        built = Path(folder, target.name)
+        for arguments in (
+            ["validate", str(ROOT)],
+            ["build", "--source-dir", str(ROOT), "--output-filepath", str(built)],
+            ["validate", str(target)],
+        ):
+            done = subprocess.run([*tool, *arguments], capture_output=True, text=True, check=False)
+            if done.returncode != 0:
+                raise ValueError(f"{arguments[0]} failed\n{done.stdout}{done.stderr}")
+        ours, theirs = contents(target), contents(built)
+    differ = sorted({name for name, _ in ours.items() ^ theirs.items()})
+    if differ:
+        raise ValueError(f"{target}: Blender's tool packs {', '.join(differ)} otherwise")
+
+
+def contents(packed: Path) -> dict[str, bytes]:
+    """Return the content of each file in a zip."""
+    with zipfile.ZipFile(packed) as opened:
+        names = [name for name in opened.namelist() if not name.endswith("/")]
+        return {name: opened.read(name) for name in names}
 
 
 def check(manifest: dict[str, Any]) -> None:
@@ -117,12 +136,18 @@ def _is_excluded(path: str, patterns: list[str]) -> bool:
     return False
 
 
-def pack(target: Path, names: list[str]) -> None:
+def pack(target: Path, names: list[str], root: Path = ROOT) -> None:
+    """Pack files of a folder, by their names there with `/`, in this order.
+
+    No time, system or right of this machine gets into the zip.
+    """
     with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as packed:
         for name in names:
             facts = zipfile.ZipInfo(name, TIME)
-            facts.compress_type, facts.external_attr = zipfile.ZIP_DEFLATED, 0o644 << 16
-            packed.writestr(facts, (ROOT / name).read_bytes())
+            # As on Unix, also on Windows.
+            facts.create_system, facts.external_attr = 3, 0o644 << 16
+            facts.compress_type = zipfile.ZIP_DEFLATED
+            packed.writestr(facts, (root / name).read_bytes())
 
 
 def check_zip(target: Path) -> None:

@@ -4,13 +4,22 @@
 check_release.py vX.Y.Z NOTES.md
 
 The version of the tag must be that of blender_manifest.toml, pyproject.toml and CITATION.cff, and
-CHANGELOG.md must have a section `## X.Y.Z, YYYY-MM-DD`, which becomes the notes.
+CHANGELOG.md must have a section `## X.Y.Z, YYYY-MM-DD`, which becomes the notes. The date must be
+that of CITATION.cff. The zip, which this script builds, must follow the rules in RULES, which are
+those of Blender's extension platform.
 """
 
+import ast
 import re
 import sys
+import tempfile
 import tomllib
+import zipfile
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
+
+import build_zip
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -22,7 +31,9 @@ def problems(tag: str, root: Path = ROOT) -> list[str]:
         return [f"the tag {tag} is not of the form v1.2.3"]
     manifest = tomllib.loads((root / "blender_manifest.toml").read_text(encoding="utf-8"))
     package = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    cited = re.search(r"^version: (\S+)", (root / "CITATION.cff").read_text(), re.MULTILINE)
+    citation = (root / "CITATION.cff").read_text(encoding="utf-8")
+    cited = re.search(r"^version: (\S+)", citation, re.MULTILINE)
+    released = re.search(r"^date-released: (\S+)", citation, re.MULTILINE)
     found = {
         "blender_manifest.toml": manifest["version"],
         "pyproject.toml": package["version"],
@@ -31,23 +42,181 @@ def problems(tag: str, root: Path = ROOT) -> list[str]:
     wrong = [
         f"{file} has {has}, the tag {version}" for file, has in found.items() if has != version
     ]
-    if not notes(version, root):
+    section = _section(version, root)
+    if not section or not section[2].strip():
         wrong.append(f"CHANGELOG.md has no section '## {version}, YYYY-MM-DD' with a text")
+    elif not released or released[1] != section[1]:
+        date = released[1] if released else "no date"
+        wrong.append(f"CITATION.cff has {date}, CHANGELOG.md {section[1]}")
     return wrong
 
 
 def notes(version: str, root: Path = ROOT) -> str:
     """Return the text of the changelog's section on a version; "" without a dated section."""
+    found = _section(version, root)
+    return found[2].strip() if found else ""
+
+
+def _section(version: str, root: Path) -> re.Match[str] | None:
     text = (root / "CHANGELOG.md").read_text(encoding="utf-8")
-    heading = rf"^## {re.escape(version)}, \d{{4}}-\d\d-\d\d\n(.*?)(?=^## |\Z)"
-    found = re.search(heading, text, re.MULTILINE | re.DOTALL)
-    return found[1].strip() if found else ""
+    heading = rf"^## {re.escape(version)}, (\d{{4}}-\d\d-\d\d)\n(.*?)(?=^## |\Z)"
+    return re.search(heading, text, re.MULTILINE | re.DOTALL)
+
+
+# The rules for the zip. A check yields what breaks its rule.
+
+
+class Zip:
+    """A built zip: its manifest, the names of its files, and the syntax trees of its modules."""
+
+    def __init__(self, path: Path) -> None:
+        with zipfile.ZipFile(path) as packed:
+            self.files = {n: packed.read(n) for n in packed.namelist() if not n.endswith("/")}
+        self.manifest: dict[str, Any] = tomllib.loads(self.text("blender_manifest.toml"))
+        self.trees = {n: ast.parse(self.text(n)) for n in self.files if n.endswith(".py")}
+
+    def text(self, name: str) -> str:
+        """Return the text of a file; empty if it is missing."""
+        return self.files.get(name, b"").decode("utf-8")
+
+    def imports(self) -> Iterator[tuple[str, str]]:
+        """Yield each module's file and the full name of each module that it imports absolutely."""
+        for name, tree in self.trees.items():
+            for node in ast.walk(tree):
+                if isinstance(node, ast.Import):
+                    yield from ((name, alias.name) for alias in node.names)
+                elif isinstance(node, ast.ImportFrom) and not node.level:
+                    yield name, node.module or ""
+
+
+Found = Iterator[str]
+README = "README_USERS.md"
+# Tags for add-ons on the platform that fit.
+TAGS = {"Animation", "Physics", "Import-Export", "Pipeline", "Scene", "3D View"}
+NETWORK = {"socket", "ssl", "urllib", "http", "requests", "smtplib", "ftplib", "paho"}
+# Files of the Python package and of the repository alone.
+OTHER_WAYS = (
+    *("__main__.py", "standalone.py", "setup.py", "pyproject.toml", "Makefile"),
+    *("commands/convert.py", "commands/compare.py", "commands/replay.py", "learn.py"),
+    *("api.py", "api/", "studies/"),
+)
+
+
+def _manifest(packed: Zip) -> Found:
+    manifest = packed.manifest
+    if not str(manifest.get("website", "")).startswith("https://"):
+        yield "the manifest has no website"
+    tags = set(manifest.get("tags", ()))
+    if "Import-Export" not in tags or tags - TAGS:
+        yield f"the tags are {sorted(tags)}"
+    if manifest.get("license") != ["SPDX:GPL-3.0-or-later"] or "LICENSE" not in packed.files:
+        yield "the licence is not GPL-3.0-or-later, with its text"
+
+
+def _permissions(packed: Zip) -> Found:
+    reasons = packed.manifest.get("permissions", {})
+    uses = {"files": True, "network": any(n.split(".")[0] in NETWORK for _, n in packed.imports())}
+    for name in {*reasons, *(name for name, used in uses.items() if used)}:
+        if not reasons.get(name) or not uses.get(name):
+            yield f"permission '{name}': {'no reason' if uses.get(name) else 'not needed'}"
+
+
+def _online(packed: Zip) -> Found:
+    for name, module in packed.imports():
+        text = packed.text(name)
+        # A pair of sockets in one process is no network.
+        connects = module not in ("ssl", "socket") or ".connect(" in text
+        if module.split(".")[0] in NETWORK and connects and "check_online()" not in text:
+            yield f"{name} imports {module}, and does not ask for online access"
+
+
+def _wheels(packed: Zip) -> Found:
+    listed = {wheel.removeprefix("./") for wheel in packed.manifest.get("wheels", ())}
+    for wheel in listed ^ {name for name in packed.files if name.endswith(".whl")}:
+        yield f"{wheel} is not both in the zip and in the manifest"
+    for wheel in listed:
+        package = Path(wheel).name.partition("-")[0].replace("_", "-")
+        if not packed.text(f"wheels/LICENSE-{package}.txt"):
+            yield f"{wheel} has no licence beside it"
+        if not wheel.endswith("-py3-none-any.whl"):
+            yield f"{wheel} is not pure Python"
+
+
+def _other_ways(packed: Zip) -> Found:
+    for name in packed.files:
+        if any(f"/{name}".endswith(f"/{way}") or f"/{way}" in f"/{name}" for way in OTHER_WAYS):
+            yield f"{name} is for another way to run"
+    for name, tree in packed.trees.items():
+        for node in ast.walk(tree):
+            targets = node.targets if isinstance(node, ast.Assign) else []
+            texts = [ast.unparse(target) for target in targets]
+            if isinstance(node, ast.Call):
+                texts = [t for t in [ast.unparse(node.func)] if not t.startswith("sys.modules.get")]
+            if any(text.startswith(("sys.modules", "sys.path")) for text in texts):
+                yield f"{name} changes sys.modules or sys.path"
+
+
+def _leftovers(packed: Zip) -> Found:
+    for name in packed.files:
+        hidden = any(part.startswith((".", "__pycache__")) for part in name.split("/"))
+        if hidden or name.endswith((".pyc", ".blend", ".zip", ".so", ".dll", ".exe")):
+            yield f"{name} does not belong into a zip"
+        if name.startswith(("docs/", "tests/", "scripts/", "benchmarks/", "sample_blends/")):
+            yield f"{name} is for developers"
+
+
+def _readme(packed: Zip) -> Found:
+    text = packed.text(README)
+    if not text:
+        yield f"{README} is missing"
+    for word in ("make ", "pip install", "pytest", ".venv", "git clone"):
+        if word in text:
+            yield f"{README} tells users '{word.strip()}'"
+
+
+def _processes(packed: Zip) -> Found:
+    starts = [name for name, module in packed.imports() if module == "subprocess"]
+    words = {
+        "angen_addon/scene/light/engine.py": "EEVEE",
+        "residents/blender/shared_days.py": "--jobs",
+    }
+    for name in starts:
+        if words.get(name, name) not in packed.text(README):
+            yield f"{name} starts a process that {README} does not tell"
+
+
+def _imports(packed: Zip) -> Found:
+    absolute = {"angen_sensors", "angen_addon", "operators", "panels", "residents", "sensor_logic"}
+    for name, module in packed.imports():
+        if module.split(".")[0] in absolute:
+            yield f"{name} imports {module}: imports within an extension are relative"
+
+
+RULES: tuple[tuple[str, Callable[[Zip], Found]], ...] = (
+    ("the manifest has a website, tags of the platform and a GPL licence", _manifest),
+    ("each permission is needed, and has its reason", _permissions),
+    ("what opens a connection first asks whether Blender allows online access", _online),
+    ("wheels are in the zip, pure Python, and with their licence", _wheels),
+    ("no code for other ways to run it than as an extension", _other_ways),
+    ("modules import each other relatively", _imports),
+    ("no compiled, hidden or binary files, and none for developers", _leftovers),
+    ("the README is for users", _readme),
+    ("each process that it starts is told", _processes),
+)
+
+
+def zip_problems(path: Path) -> list[str]:
+    """Return what in a built zip breaks a rule, one a line with the rule."""
+    packed = Zip(path)
+    return [f"{text} (rule: {rule})" for rule, check in RULES for text in check(packed)]
 
 
 if __name__ == "__main__":
     if len(sys.argv) != 3:
         sys.exit(__doc__)
     found = problems(sys.argv[1])
+    with tempfile.TemporaryDirectory() as folder:
+        found += zip_problems(build_zip.build(Path(folder), None))
     if found:
         sys.exit("\n".join(f"check_release: {line}" for line in found))
     Path(sys.argv[2]).write_text(notes(sys.argv[1][1:]) + "\n", encoding="utf-8")

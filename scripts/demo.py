@@ -9,7 +9,6 @@ import contextlib
 import importlib.util
 import json
 import os
-import resource
 import shutil
 import subprocess
 import sys
@@ -20,13 +19,12 @@ from pathlib import Path
 from typing import Any
 
 from demo_table import Report, active_share, change_times, greatest, last_time, row, table
+from dev import link_folder
 
 ROOT = Path(__file__).resolve().parent.parent
 HOME = ROOT / "sample_blends" / "angen.blend"
 OUTPUT = ROOT / "build" / "demo"
 MIB = 1024**2
-# ru_maxrss is in KiB, but in bytes on macOS.
-RSS_UNIT = 1 if sys.platform == "darwin" else 1024
 
 
 @contextlib.contextmanager
@@ -42,7 +40,7 @@ def angen_command() -> Iterator[list[str]]:
     with tempfile.TemporaryDirectory(prefix="angen_demo_") as resources:
         link = Path(resources, "extensions", "user_default", "angen_sensors")
         link.parent.mkdir(parents=True)
-        link.symlink_to(ROOT)
+        link_folder(link, ROOT)
         os.environ["BLENDER_USER_RESOURCES"] = resources
         addon = ["--addons", "bl_ext.user_default.angen_sensors"]
         yield [blender, "--factory-startup", *addon, str(HOME), "--command", "angen"]
@@ -71,6 +69,17 @@ def report(sensor: Mapping[str, Any], changes: list[float], samples: list[str]) 
     )
 
 
+def memory_of_children() -> int:
+    """Return the most memory of a process that this one started, in bytes; 0 on Windows."""
+    try:
+        import resource
+    except ImportError:
+        return 0
+    # In KiB, but in bytes on macOS.
+    unit = 1 if sys.platform == "darwin" else 1024
+    return resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss * unit
+
+
 def main() -> None:
     events, samples, page = OUTPUT / "events.csv", OUTPUT / "samples", OUTPUT / "report.html"
     shutil.rmtree(OUTPUT, ignore_errors=True)
@@ -82,7 +91,7 @@ def main() -> None:
         outputs = ["--events", str(events), "--samples", str(samples), "--report", str(page)]
         run(command, "simulate", *outputs)
         wall = time.perf_counter() - started
-        memory = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss * RSS_UNIT
+        memory = memory_of_children()
         sensors = sorted(json.loads(run(command, "list", "--json")), key=lambda s: s["room"])
 
     changes = change_times(lines(events))
@@ -92,9 +101,10 @@ def main() -> None:
     print(f"\n{table(rows)}\n")
     print("Events are changes of what a sensor publishes; active is its share of the time;")
     print("max is the greatest force on a pressure pad, or the most luminance of a light sensor.")
+    at_most = f"; {memory / MIB:.0f} MiB of memory at most" if memory else ""
     print(
         f"{simulated:.0f} s of the home in {wall:.1f} s: {simulated / wall:.1f} times real time, "
-        f"Blender's start included; {memory / MIB:.0f} MiB of memory at most."
+        f"Blender's start included{at_most}."
     )
     print(f"Event log: {events.relative_to(ROOT)}   samples: {samples.relative_to(ROOT)}/")
     print(f"Timeline, floor plan and figures to read and print: {page.relative_to(ROOT)}")

@@ -104,7 +104,7 @@ SHAPES["empties"]["additionalProperties"] = {
     "additionalProperties": False,
 }
 NUMBER = {"type": "number"}
-LEAVES = ("DOOR", "DRAWER", "CURTAIN")
+LEAVES = ("DOOR", "DRAWER", "CURTAIN", "CUPBOARD")
 USES = ("NONE", "STAND", "SIT", "LIE", "USE", "LAMP", "TAP", "APPLIANCE", *LEAVES)
 # The properties of a mark. A test holds that Blender has the same.
 MARK: dict[str, dict[str, Any]] = {

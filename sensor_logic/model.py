@@ -141,7 +141,7 @@ class Answers:
     Attributes
     ----------
     hits
-        For a query that casts rays: their hits at each update, with the attributes `met` (n,),
+        For a query that casts rays: their hits at each update, with the attributes `solids` (n,),
         numbers of solids (0 for none), and `ranges` (n,), in units of the scene. None if the scene
         knows no solids.
     """
@@ -217,7 +217,7 @@ class Update:
         Return None if the scene knows no solids.
         """
         found = self.hits[need](*question) if need in self.hits else None
-        return None if found is None else found.met
+        return None if found is None else found.solids
 
     def names_hit(self, need: str, *question: Any) -> list[str]:
         """Return the names (n,) of the objects that the rays of a query hit, empty for none."""
@@ -264,7 +264,7 @@ class Updates:
         """Return `Updates` with one update, or with one step between updates if not `due`."""
 
         def alone(ask: Ask) -> Ask:
-            return lambda *question, which=None: Answers([ask(*question)], FIRST)
+            return lambda *question, indices=None: Answers([ask(*question)], FIRST)
 
         return cls(
             np.array([update.number]),
@@ -287,8 +287,8 @@ class Updates:
         some = np.arange(first, last)
 
         def asked(ask: Ask) -> Ask:
-            return lambda *question, which=None: ask(
-                *question, which=some if which is None else some[which]
+            return lambda *question, indices=None: ask(
+                *question, indices=some if indices is None else some[indices]
             )
 
         return replace(
@@ -300,12 +300,12 @@ class Updates:
             _answered={},
         )
 
-    def ask(self, need: str, *question: Any, which: Index | None = None) -> Answers:
+    def ask(self, need: str, *question: Any, indices: Index | None = None) -> Answers:
         """Return the scene's answers to the query `need`, with the arguments `question`.
 
-        `which` has the indices of the updates to answer for; None means all.
+        `indices` (k,) are those of the updates to answer for; None means all.
         """
-        found: Answers = self.scene[need](*question, which=which)
+        found: Answers = self.scene[need](*question, indices=indices)
         return found
 
     def __getitem__(self, i: int) -> Update:

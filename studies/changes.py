@@ -26,7 +26,7 @@ from ..angen_addon.scene.sensors import (
 from ..residents.days.rows import Day
 from ..sensor_logic.logs.error import AngenError, explained
 from ..sensor_logic.recording.tracks import Recording
-from ..sensor_logic.study_file import COMMON, POSE
+from .study_file import COMMON, POSE
 
 CHANNELS = ("location", "rotation_euler", "rotation_quaternion", "rotation_axis_angle", "scale")
 # Tolerance of positions: single precision at some metres from the origin.

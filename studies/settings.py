@@ -18,8 +18,8 @@ from ..sensor_logic.kinds import KINDS
 from ..sensor_logic.logs.error import InputError, explained
 from ..sensor_logic.logs.wording import hint
 from ..sensor_logic.parameters import defaults, specs
-from ..sensor_logic.study_file import BETWEEN, COMMON, POSE
 from .study import SENSORS, WITHOUT_DOT, Range, Study, Value
+from .study_file import BETWEEN, COMMON, POSE
 
 PRESET = "preset"
 # Values by sensor and parameter.

@@ -19,6 +19,7 @@ from types import ModuleType
 import pytest
 
 from angen_addon.process.standalone import load_extension
+from dev import link_folder
 
 ROOT = Path(__file__).resolve().parent.parent
 ADDON = "bl_ext.user_default.angen_sensors"
@@ -43,7 +44,7 @@ def pytest_configure(config: pytest.Config) -> None:
     os.environ["TMPDIR"] = tempfile.tempdir = str(temporary)
     extensions = Path(resources, "extensions", "user_default")
     extensions.mkdir(parents=True)
-    extensions.joinpath("angen_sensors").symlink_to(ROOT)
+    link_folder(extensions / "angen_sensors", ROOT)
     os.environ["BLENDER_USER_RESOURCES"] = resources
 
 
@@ -115,10 +116,41 @@ ONCE += tuple(
 )
 
 
+# Tests that show most of what differs between versions of Blender: what users see, registration,
+# panels, depsgraph, meshes, actions and light. `.ci/run` asks them of each version at every change.
+EACH = tuple(
+    f"test_{name}.py"
+    for name in (
+        "bake",
+        "day",
+        "golden",
+        "handles",
+        "light_scene",
+        "nothing_evaluated_kept",
+        "odd_geometries",
+        "overlay",
+        "panels",
+        "playhead",
+        "ray_layer",
+        "recording_stale",
+        "registration",
+        "residents",
+        "room",
+        "sample_homes",
+        "side_effects",
+        "systems",
+        "timeline",
+    )
+)
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Mark the tests by their folder or file."""
     once = [ROOT / "tests" / name for name in ONCE]
+    each = [ROOT / "tests" / "blender" / name for name in EACH]
     for item in items:
+        if item.path in each:
+            item.add_marker("each")
         if any(path in (item.path, *item.path.parents) for path in once):
             item.add_marker("once")
         for folder in ("blender", "e2e"):

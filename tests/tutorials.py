@@ -10,9 +10,14 @@ from __future__ import annotations
 
 import os
 import re
+import shutil
 import subprocess
 from itertools import groupby
 from pathlib import Path
+
+import pytest
+
+from dev import link_folder
 
 ROOT = Path(__file__).resolve().parents[1]
 BLOCK = re.compile(r'^```(\w+)(?: title="([^"]+)")?\n(.*?)^```$', re.MULTILINE | re.DOTALL)
@@ -26,6 +31,14 @@ COMMANDS = {
 }
 
 
+def shell() -> str:
+    """Return the path of a POSIX shell; on Windows git brings one. Skip the test without it."""
+    git = shutil.which("git")
+    beside = Path(git).parents[1] / "bin" if git else Path()
+    found = shutil.which("sh") or shutil.which("sh", path=str(beside))
+    return found or pytest.skip("needs a POSIX shell")
+
+
 def run_page(page: Path, folder: Path, bpy_python: str, python: str) -> None:
     """Run a page; `bpy_python` has Blender's module, `python` the tutorial's packages."""
     names = folder / "commands"
@@ -33,12 +46,16 @@ def run_page(page: Path, folder: Path, bpy_python: str, python: str) -> None:
     for name, line in COMMANDS.items():
         (names / name).write_text(f"#!/bin/sh\n{line}\n")
         (names / name).chmod(0o755)
-    (names / "angen_sensors").symlink_to(ROOT)
+    link_folder(names / "angen_sensors", ROOT)
     for part in ("docs", "sample_blends", "scripts"):
-        (folder / part).symlink_to(ROOT / part)
+        link_folder(folder / part, ROOT / part)
+    own = folder / "own home"
+    own.mkdir()
     environment = os.environ | {
-        "PATH": f"{names}:{os.environ['PATH']}",
-        "PYTHONPATH": f"{names}:{ROOT}",
+        "HOME": str(own),
+        "USERPROFILE": str(own),
+        "PATH": f"{names}{os.pathsep}{os.environ['PATH']}",
+        "PYTHONPATH": f"{names}{os.pathsep}{ROOT}",
         "PWD": str(folder),
         "BPY": bpy_python,
         "PYTHON": python,
@@ -61,7 +78,7 @@ def run_page(page: Path, folder: Path, bpy_python: str, python: str) -> None:
             begin = "" if "import angen_sensors" in text else ENABLE
             printed, ran = output([bpy_python, "-"], begin + text), ran + 1
         elif language == "sh":
-            printed, ran = output(["sh", "-e"], text), ran + 1
+            printed, ran = output([shell(), "-e"], text), ran + 1
         elif language == "text":
             pattern = ".*?".join(map(re.escape, text.strip().split("…")))
             assert re.search(pattern, printed, re.DOTALL), (

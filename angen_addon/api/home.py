@@ -23,7 +23,7 @@ from ..layout.apply import Applied, apply_layout
 from ..layout.describe import parameters_of
 from ..output.output_files import Outputs, check_outputs
 from ..output.run_log import about, sensor_facts
-from ..process.standalone import standard_output_silenced
+from ..process.system import standard_output_silenced
 from ..recording.results import RESULTS
 from ..recording.stored_recording import stored_run
 from ..runtime.simulation import simulate

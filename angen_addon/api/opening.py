@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 
 from ...parts import part
 from ...sensor_logic.logs.error import AngenError
-from ..process.standalone import open_file, standard_output_silenced, unreadable
+from ..process.standalone import open_file, unreadable
+from ..process.system import standard_output_silenced
 
 if TYPE_CHECKING:
     from .home import Home

@@ -12,7 +12,7 @@ from ...sensor_logic.logs.error import AngenError
 from ..output.output_files import Outputs
 from ..process.console import FAILED, Interrupt, leave_hard, note, prepare_output
 from ..process.parser import parse, verb_of
-from ..process.standalone import fill_closed_streams, standard_output_silenced
+from ..process.system import fill_closed_streams, standard_output_silenced
 
 INTERRUPTED = "interrupted; nothing was written"
 

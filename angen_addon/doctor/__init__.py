@@ -44,6 +44,7 @@ CHECKS: dict[str, Check] = {
     "pads": sensors.advised,
     "margins": sensors.margins,
     "pads_in_air": sensors.hanging_in_the_air,
+    "pads_not_valid": sensors.not_weighed,
     "physics": sensors.caches,
 }
 

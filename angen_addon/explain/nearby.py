@@ -15,7 +15,7 @@ import numpy as np
 from ...sensor_logic.model import Array, Pose
 from ..appearance.recorded import RecordedSensor
 from ..runtime import handlers
-from ..runtime.probes import Probes
+from ..runtime.probes import make_caster
 from ..runtime.running import running
 from ..runtime.time_base import evaluated_depsgraph
 from ..scene.outputs import are_driven, show
@@ -49,21 +49,16 @@ def surroundings(
     scene, sensor, clock = recorded.scene, recorded.sensor, recorded.clock
     found = []
     with _restored(scene) as driven:
-        probes = Probes(scene)
-        try:
-            probes.set_sensors([sensor])
-            for index in indices:
-                step = recorded.step_of(index)
-                _show_outputs_before(recorded, driven, clock.step_frame(step))
-                frame, subframe = clock.frame_and_subframe(step)
-                scene.frame_set(frame, subframe=subframe)
-                depsgraph = evaluated_depsgraph()
-                probes.look(depsgraph, None)
-                pose = read_pose(sensor, sensor.world_matrix(depsgraph), recorded.metres)
-                bounds = _bounds(recorded, probes.caster.solids, include_sensor)
-                found.append(Nearby(pose, bounds))
-        finally:
-            probes.close()
+        caster = make_caster(scene)
+        for index in indices:
+            step = recorded.step_of(index)
+            _show_outputs_before(recorded, driven, clock.step_frame(step))
+            frame, subframe = clock.frame_and_subframe(step)
+            scene.frame_set(frame, subframe=subframe)
+            depsgraph = evaluated_depsgraph()
+            caster.update(depsgraph)
+            pose = read_pose(sensor, sensor.world_matrix(depsgraph), recorded.metres)
+            found.append(Nearby(pose, _bounds(recorded, caster.solids, include_sensor)))
     return found
 
 

@@ -18,7 +18,7 @@ from collections.abc import Callable
 
 import bpy
 
-from .standalone import standard_output_silenced
+from .system import standard_output_silenced
 
 _unregister: Callable[[], None] | None = None
 

@@ -24,7 +24,7 @@ from ..scene.sensors import Sensor, all_sensors, check, simulated
 from .edits import EDITS
 from .probes import Probes
 from .running import running
-from .sensor_runner import PendingUpdates, SensorRunner, all_rays
+from .sensor_runner import PendingUpdates, SensorRunner, SensorSteps, all_rays, single_update
 from .trace import Trace
 
 BEFORE_THE_START = "No sensor senses before the scene's first frame"
@@ -106,19 +106,21 @@ class Live:
         frame = scene.frame_current if pads or (publish and self._is_motion_needed(step)) else None
         self._sensors_moved = self._probes.caster.solids.has_noted(self._objects)
         if self._sensors_moved:
-            self._probes.note_edits()
+            self._probes.capture.note_edits()
         watching = [s for s in self._runners if s.senses_between and s.is_watched(step)]
         if due or watching or frame is not None:
-            self._probes.look(depsgraph, frame, pads)
+            self._probes.look(depsgraph, step)
+        if frame is not None:
+            self._probes.look_at_motion(frame, pads)
         self._sensed_frame = scene.frame_current
-        self._watch(watching, [s for s, _, _ in due], step, depsgraph)
+        self._watch(watching, [s for s, _, _ in due], step)
         if not publish:
             for due_update in due:
-                self._update_sensor(*due_update, step, depsgraph)
+                self._update_sensor(*due_update, step)
             self._relist_if_driven()
             return
         changed = [self._show_waiting(runner, step) for runner in self._runners]
-        changed += [self._update_sensor(*update, step, depsgraph) for update in due]
+        changed += [self._update_sensor(*update, step) for update in due]
         if not is_next_frame:
             changed += self._restore_outputs()
         if any(changed) and EDITS.outputs_are_driven():
@@ -146,7 +148,7 @@ class Live:
             # The next update lists the sensors once more, and senses.
             self._list(view_layer, clock)
             self.outdated = True
-        self._probes.look(depsgraph, None)
+        self._probes.look(depsgraph)
         self._sensed_frame = None
         for runner in self._runners:
             found = None
@@ -226,7 +228,7 @@ class Live:
     @property
     def edits(self) -> int:
         """The number of possible edits of the scene so far; pure changes of frame do not count."""
-        return self._probes.edits
+        return self._probes.capture.edits
 
     def _sensors_are_the_same(self) -> bool:
         try:
@@ -300,9 +302,7 @@ class Live:
             for beside in range(max(step - 1, 0), step + 2)
         )
 
-    def _watch(
-        self, watching: list[SensorRunner], due: list[SensorRunner], step: int, depsgraph: Any
-    ) -> None:
+    def _watch(self, watching: list[SensorRunner], due: list[SensorRunner], step: int) -> None:
         """Let the sensors `watching` sense between their updates, as swept optical switches do.
 
         Sensors in `due` are left out, since they make an update at this step.
@@ -311,11 +311,12 @@ class Live:
             # The next update reports the error.
             with suppress(AngenError):
                 if runner not in due:
-                    runner.watch(step, depsgraph, self._probes)
+                    number = runner.schedule.last_update(step) + 1
+                    between = SensorSteps.of(step, number, due=False)
+                    for update in runner.pending(between, self._probes):
+                        update.readings()
 
-    def _update_sensor(
-        self, runner: SensorRunner, number: int, follows: bool, step: int, depsgraph: Any
-    ) -> bool:
+    def _update_sensor(self, runner: SensorRunner, number: int, follows: bool, step: int) -> bool:
         """Make update `number` of a sensor; return whether its output `active` changed.
 
         `follows` says whether the sensor also made the update before this one. A light sensor's
@@ -325,7 +326,7 @@ class Live:
         name, uid = runner.sensor.name, runner.uid
         self._light_updates.pop(name, None)
         try:
-            update = runner.take(number, step, depsgraph, self._probes)
+            update = single_update(runner, number, step, self._probes)
         except AngenError as error:
             self.problems[name] = str(error)
             self.readings.pop(name, None)
@@ -405,9 +406,9 @@ class Live:
         if update is None:
             step = scene.frame_current - scene.frame_start
             runner.reset()
-            self._probes.look(view_layer.depsgraph, None)
+            self._probes.look(view_layer.depsgraph, step)
             number = runner.schedule.last_update(step)
-            update = runner.take(number, step, view_layer.depsgraph, self._probes)
+            update = single_update(runner, number, step, self._probes)
         if update is None or update.request is None:
             raise AngenError(f"'{sensor.name}' is hidden, so it measures no light: show it")
         return update
@@ -452,9 +453,11 @@ class Live:
 
         `frame` is the frame of the reading, by default the frame of the update.
         """
-        reading, sensor = update.reading(), update.runner.sensor
-        if frame is None:
-            frame = self._clock.frame_and_subframe(update.steps[0])[0]
+        sensor, sensed = update.runner.sensor, self._clock.frame_and_subframe(update.steps[0])[0]
+        if sensor.kind.requires_forces:
+            update.give_forces({sensed: self._probes.forces(sensor.uid, sensed)})
+        reading = update.reading()
+        frame = sensed if frame is None else frame
         self.readings[sensor.name] = Published(reading, frame)
         problem = reading.fields.get("problem", "")
         if problem:

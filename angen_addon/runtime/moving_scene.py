@@ -73,7 +73,7 @@ def moving_scene(
     runners
         The runners of the sensors in the run.
     stored
-        The quantities that can be queried later, since the run stores each frame.
+        The quantities that can be queried later, since the run captures each frame.
     still
         The times at which the scene can change.
     first
@@ -103,7 +103,7 @@ def _can_move_alone(scene: Any, keeping: Sequence[SensorRunner]) -> bool:
     """
     if scene.rigidbody_world or scene.render.use_simplify or scene.animation_data:
         return False
-    if not all(runner.steady for runner in keeping):
+    if not all(runner.reader.steady for runner in keeping):
         return False
     if any(len(owner.animation_data.drivers) for owner in all_animated()):
         return False

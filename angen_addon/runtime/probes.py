@@ -10,6 +10,7 @@ import numpy as np
 
 from ...sensor_logic.forces.world import PadForces
 from ...sensor_logic.model import Answers, LightSample
+from ..scene.capture import Frames
 from ..scene.forces.bodies import Pad
 from ..scene.forces.tracker import ContactTracker
 from ..scene.instances import Uid
@@ -17,7 +18,6 @@ from ..scene.light.changes import LightChanges
 from ..scene.light.cycles import CyclesLight, Steps, request_key
 from ..scene.light.probe import LightRequest, measuring
 from ..scene.rays.caster import RayCaster, Rays
-from ..scene.rays.frames import Frames
 from ..scene.rays.places import PlaceReader
 from ..scene.rays.reference import SceneRayCaster
 from ..scene.rays.sweep import Sweeper
@@ -57,12 +57,12 @@ class Probes:
     uses
         Reads which objects are in use at stored frames.
     places
-        Reads the places of solids (objects that rays can hit) at stored frames.
+        Reads the places of solids (objects that rays can hit) at captured frames.
     names
         The names of solids (objects that rays can hit) by their numbers. It also has removed
         solids.
-    known_forces
-        The forces on the pad whose updates are being computed, by whole frame.
+    frames
+        The batch of frames that the probes read: see `look` and `show_captured`.
     """
 
     def __init__(self, scene: Any, caster: RayCaster | None = None) -> None:
@@ -75,12 +75,10 @@ class Probes:
         self.uses = UseReader()
         self._solids = self.caster.solids
         self._contacts = ContactTracker(self._solids)
-        self._pads: list[Pad] = []
-        self._edits = 0
         self.names: dict[int, str] = {}
         self._named_listing = -1
-        self.known_forces: dict[int, PadForces] = {}
         self.capture = self.caster.capture
+        self.frames = self.caster.frames
         # By the sensor's name: the request with the state of the scene, and the measured light.
         self._measured: dict[str, tuple[Any, LightSample]] = {}
         self._lighting = LightChanges()
@@ -90,64 +88,56 @@ class Probes:
     def set_sensors(self, sensors: Iterable[Sensor]) -> None:
         """Set the sensors; the probes prepare only data that these sensors need."""
         found = list(sensors)
-        self._pads = [Pad(s.uid, s.object) for s in found if s.kind.requires_forces]
+        self._contacts.pads = [Pad(s.uid, s.object) for s in found if s.kind.requires_forces]
         self.uses.watch(found)
 
-    @property
-    def edits(self) -> int:
-        """The number of possible edits of the scene so far; pure changes of frame do not count."""
-        return self._solids.edits + self._edits
+    def look(self, depsgraph: Any, step: int = 0) -> None:
+        """Read the present frame of the evaluated scene, as a batch of this frame alone.
 
-    def note_edits(self) -> None:
-        """Count a possible edit, because other code could have changed the scene.
-
-        Blender would report this edit only at the next evaluation.
+        `step` is the step of the frame.
         """
-        self._edits += 1
-
-    def look(self, depsgraph: Any, frame: int | None, due: Sequence[Sensor] = ()) -> None:
-        """Update the probes to the evaluated scene.
-
-        `frame` is the present whole frame, or None if no sensor needs the motion of objects. `due`
-        lists the pads that publish at this frame, so that their forces at it will be needed.
-        """
-        self._show(self.capture.read(depsgraph))
+        self._show(self.capture.read(depsgraph, step))
         self.uses.look(depsgraph)
-        if frame is not None:
-            self.look_at_motion(depsgraph, frame, due)
 
     def expect_light(self, is_asked: bool) -> None:
         """Set whether light will be measured (`is_asked`) at the frame that is evaluated next."""
         self._lighting.is_asked = is_asked
 
-    def look_at_motion(self, depsgraph: Any, frame: int, due: Sequence[Sensor] = ()) -> None:
-        """Read how objects move at the whole frame `frame`, and update nothing else.
+    def look_at_motion(self, frame: int, due: Sequence[Sensor], index: int = -1) -> None:
+        """Read how objects move at the whole frame `frame`.
 
         `due` lists the pads that publish at this frame, so that their forces at it will be needed.
+        `index` is the frame's index in the batch, by default that of the last one.
         """
-        if self._pads:
-            metres = unit_scale(depsgraph.scene)
-            self._contacts.look(depsgraph, frame, metres, self._pads, [pad.uid for pad in due])
+        self.show(index)
+        self._contacts.look(self.frames.depsgraph, frame, [pad.uid for pad in due])
 
-    def show(self, frame: int) -> None:
-        """Set the poses of all solids (objects that rays can hit) to those at a stored frame.
+    def states_near(self, pad: Uid, scene: Any) -> list[bytes] | None:
+        """Return a state for each frame of the batch, or None if bounds cannot tell.
 
-        `frame` is the index of the stored frame.
+        The forces on a pad are the same at frames with equal states, if weights do not change.
         """
-        if len(self.caster.frames) > 1:
-            self.caster.frames.show(self._solids, frame)
+        return self._contacts.states_near(pad, self.frames, scene, unit_scale(scene))
+
+    def show(self, index: int) -> None:
+        """Set the poses of all solids (objects that rays can hit) to those at a captured frame."""
+        if len(self.frames) > 1:
+            self.frames.show(self._solids, index)
 
     def prepare_pads(self, depsgraph: Any) -> None:
         """Make what the forces on pads need of all bodies, so that it depends on no later frame."""
-        if self._pads:
-            self._contacts.prepare(depsgraph, unit_scale(depsgraph.scene), self._pads)
+        self._contacts.prepare(depsgraph)
 
-    def query_stored_frames(self, depsgraph: Any) -> None:
-        """Let the next rays be cast at the frames captured since the last call."""
+    def show_captured(self, depsgraph: Any) -> None:
+        """Use the frames captured since the last call from now on.
+
+        `depsgraph` is the evaluated depsgraph of the scene, at the last of these frames.
+        """
         self._show(self.capture.finish(depsgraph))
         self.uses.finish()
 
     def _show(self, frames: Frames) -> None:
+        self.frames = frames
         self.caster.show(frames)
         if self._exact is not self.caster:
             self._exact.show(frames)
@@ -164,7 +154,7 @@ class Probes:
             return self.surfaces[need].hits
         if self._exact is self.caster:
             return self._exact.seen
-        last = np.full(count, len(self._exact.frames) - 1)
+        last = np.full(count, len(self.frames) - 1)
         return self._exact.see_at(sensor, bundle, rays, last)
 
     def measure(
@@ -177,7 +167,8 @@ class Probes:
     ) -> Steps[dict[str, LightSample]]:
         """Measure the requested light, but render only for sensors whose light can have changed.
 
-        Do not call this method in a frame handler.
+        Light is in no captured frame: Blender renders it from the whole scene, which must be at the
+        frame. Do not call this method in a frame handler.
 
         Parameters
         ----------
@@ -203,7 +194,7 @@ class Probes:
             If the light cannot be rendered.
         """
         settings = scene.angen_luminous_efficacy, scene.angen_light_reference
-        state = self._lighting.look(view_layer, depsgraph, self.edits, settings)
+        state = self._lighting.look(view_layer, depsgraph, self.capture.edits, settings)
         keys = {r.name: (state.light, request_key(r)) for r in requests}
         changed = [
             r for r in requests if self._measured.get(r.name, NOT_MEASURED)[0] != keys[r.name]
@@ -235,6 +226,7 @@ class Probes:
     def forces(self, pad: Uid, frame: int) -> PadForces:
         """Return the contact forces on a pad at the whole frame `frame`.
 
-        First call `look` at the frame after that, since the forces depend on the motion to it.
+        First call `look_at_motion` at the frame after that, since the forces depend on the motion
+        to it.
         """
-        return self.known_forces.get(frame) or self._contacts.forces(pad, frame)
+        return self._contacts.forces(pad, frame)

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Runners of sensors: each makes the updates of one sensor.
 
-An update is one time at which a sensor senses and publishes. A runner reads the parameters and the
-pose of its sensor. It then calls the sensor's model, which queries the scene. The functions in
-`ANSWERS` answer these queries by the probes.
+An update is one time at which a sensor senses and publishes. A runner takes the parameters and
+poses of its sensor from a batch of captured frames. It then calls the sensor's model, which queries
+the scene. The functions in `ANSWERS` answer these queries by the probes.
 """
 
 from __future__ import annotations
@@ -18,9 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...sensor_logic.clock import Clock, Schedule
+from ...sensor_logic.forces.world import PadForces
 from ...sensor_logic.geometry.sweep import RayCrossings
 from ...sensor_logic.kind import CROSSINGS, FORCES, LIGHT, POSES, RAYS, USES
-from ...sensor_logic.logs.error import AngenError, explained
+from ...sensor_logic.logs.error import AngenError
 from ...sensor_logic.model import (
     Answers,
     Array,
@@ -30,52 +31,40 @@ from ...sensor_logic.model import (
     Pose,
     Reading,
     Readings,
-    Update,
     Updates,
-    pose_from_matrix,
 )
 from ...sensor_logic.noise import generator
 from ...sensor_logic.parameters import specs
 from ...sensor_logic.radio.echoes import ECHOES
-from ..scene.animation import is_animated, is_static
-from ..scene.forces.frame_state import gravity_of
-from ..scene.instances import Uid, shown_in, within
+from ..scene.animation import is_animated
+from ..scene.instances import Uid
 from ..scene.light.probe import LightRequest
 from ..scene.light.views import view_rays
 from ..scene.rays.caster import RayCaster
 from ..scene.rays.sweep import TOLERANCE, SweptRays
-from ..scene.sensors import (
-    NotPlaced,
-    Sensor,
-    check_evaluated,
-    decimal,
-    placed_matrix,
-    read_parameters,
-    read_pose,
-    unit_scale,
-)
+from ..scene.sensor_reader import Read, SensorReader
+from ..scene.sensors import Sensor, decimal, read_parameters
 from ..scene.surfaces import SURFACES
-from ..scene.units import kilograms
 from ..scene.uses import keyed_uses, may_change
 from .probes import Probes
-from .trace import CAST, PlacedStep, Query, RaysMet, Read, Swept, Trace
+from .trace import CAST, CastRays, PlacedStep, Query, Swept, Trace
 
 # The index of the only frame of a batch.
 PRESENT = np.zeros(1, np.intp)
 
-# Answers to models' queries. In all of them, `which` (k,) has the indices of the updates that a
+# Answers to models' queries. In all of them, `indices` (k,) are those of the updates that a
 # query is about; None means all. A new property of surfaces needs a probe in `scene/surfaces/`, any
 # other quantity a function here and an entry in `ANSWERS`.
 
 
-def answer_ranges(query: Query, bundle: int, *rays: Array, which: Index | None = None) -> Answers:
+def answer_ranges(query: Query, bundle: int, *rays: Array, indices: Index | None = None) -> Answers:
     """Return the range in m of each ray of a bundle, at each update that a query is about.
 
     A bundle is a set of rays that the model casts together; `bundle` is its number. `rays` are the
-    origins and directions (n, 3), and the lengths (n,) in m. `which` (k,) has the indices of the
+    origins and directions (n, 3), and the lengths (n,) in m. `indices` (k,) are those of the
     updates; None means all.
     """
-    frames = query.frames if which is None else query.frames[which]
+    frames = query.frames if indices is None else query.frames[indices]
     cast, in_units = query.probes.caster.cast_at, query.read.rays_in_units(*rays)
     found = cast(query.sensor.uid, query.bundle(bundle), in_units, frames)
     return Answers([query.read.in_metres(ranges) for ranges in found.table], found.rows)
@@ -89,7 +78,7 @@ def answer_surfaces(
     directions: Array,
     length: Array,
     *details: Any,
-    which: Index | None = None,
+    indices: Index | None = None,
 ) -> Answers:
     """Return a property of the surfaces that rays hit, such as their temperature.
 
@@ -98,7 +87,7 @@ def answer_surfaces(
 
     `details` are arguments of the query besides the rays.
     """
-    frames = query.frames if which is None else query.frames[which]
+    frames = query.frames if indices is None else query.frames[indices]
     known = query.sensor.uid, query.bundle(bundle)
     in_units = query.read.rays_in_units(origins, directions, length)
     return query.probes.surfaces[need].see(*known, in_units, frames, *details)
@@ -112,7 +101,7 @@ def answer_echoes(
     length: Array,
     frequency: float,
     integration_time: float,
-    which: Index | None = None,
+    indices: Index | None = None,
 ) -> Answers:
     """Return the `Echoes` of rays, with speeds over the integration time in s before each update.
 
@@ -122,44 +111,44 @@ def answer_echoes(
     known = np.array([one.step for one in query.past], np.intp)
     within = clock.steps_within(integration_time)
     pasts = []
-    for step in (steps if which is None else steps[which]).tolist():
+    for step in (steps if indices is None else steps[indices]).tolist():
         first, end = np.searchsorted(known, (step - within, step + 1)).tolist()
         # At least the step before, where the playhead has skipped frames.
         past = query.past[max(min(first, end - 2), 0) : end]
         pasts.append([(clock.step_time(one.step), one.places) for one in past])
     rays = origins, directions, length
     details = frequency, integration_time, pasts
-    return answer_surfaces(ECHOES, query, bundle, *rays, *details, which=which)
+    return answer_surfaces(ECHOES, query, bundle, *rays, *details, indices=indices)
 
 
-def answer_poses(query: Query, name: str, which: Index | None = None) -> Answers:
+def answer_poses(query: Query, name: str, indices: Index | None = None) -> Answers:
     """Return the pose of the object in the parameter `name`; None if the parameter is empty.
 
-    `which` is as for `answer_ranges`.
+    `indices` is as for `answer_ranges`.
     """
     assert query.read.at_step is not None
-    count = len(query.steps) if which is None else len(which)
+    count = len(query.steps) if indices is None else len(indices)
     return Answers([query.read.at_step[POSES][name]], np.zeros(count, np.intp))
 
 
-def answer_uses(query: Query, which: Index | None = None) -> Answers:
+def answer_uses(query: Query, indices: Index | None = None) -> Answers:
     """Return whether the object that the sensor watches is in use, at each update of a query.
 
-    `which` is as for `answer_ranges`.
+    `indices` is as for `answer_ranges`.
     """
-    frames = query.frames if which is None else query.frames[which]
-    return query.probes.uses.at(query.sensor, frames, query.depsgraph)
+    frames = query.frames if indices is None else query.frames[indices]
+    return query.probes.uses.at(query.sensor, frames, query.probes.frames.depsgraph)
 
 
 def answer_crossings(
-    query: Query, origins: Array, directions: Array, length: Array, which: Index | None = None
+    query: Query, origins: Array, directions: Array, length: Array, indices: Index | None = None
 ) -> Answers:
     """Return how objects crossed the rays since the step before.
 
-    An answer is None if the sensor did not sense at the step before. `which` is as for
+    An answer is None if the sensor did not sense at the step before. `indices` is as for
     `answer_ranges`.
     """
-    chosen = np.arange(len(query.steps)) if which is None else which
+    chosen = np.arange(len(query.steps)) if indices is None else indices
     rays = origins, directions, length
     found = [_sweep(query, query.steps[i], int(query.frames[i]), rays) for i in chosen.tolist()]
     return Answers(found, np.arange(len(found)))
@@ -185,25 +174,22 @@ def _sweep(
     return replace(found, near=near, far=far)
 
 
-def answer_contact(query: Query, which: Index | None = None) -> Answers:
-    """Return the forces on a pad at all updates of a query.
-
-    First evaluate the next frame, because the forces depend on the motion to it.
-    """
+def answer_contact(query: Query, indices: Index | None = None) -> Answers:
+    """Return the forces on a pad at all updates of a query."""
     assert query.read.at_step is not None
     weight, chosen = query.read.at_step[FORCES]
     table: list[PadContact] = []
     rows = []
     for step in query.steps:
         whole = query.clock.frame_and_subframe(step)[0]
-        forces = query.probes.forces(query.sensor.uid, whole)
+        forces = query.forces[whole]
         if not table or table[-1].forces is not forces:
             table.append(PadContact(forces, weight, chosen))
         rows.append(len(table) - 1)
     return Answers(table, np.array(rows, np.intp))
 
 
-def answer_light(query: Query, which: Index | None = None) -> Answers:
+def answer_light(query: Query, indices: Index | None = None) -> Answers:
     """Return the measured light, as one answer for all updates of a query."""
     assert query.light is not None
     return Answers([query.light], np.zeros(len(query.steps), np.intp))
@@ -219,70 +205,6 @@ ANSWERS: dict[str, Callable[..., Answers]] = {
     **{need: partial(answer_surfaces, need) for need in SURFACES},
     ECHOES: answer_echoes,
 }
-
-
-def read_at_step(
-    sensor: Sensor, evaluated: Any, depsgraph: Any, metres: float
-) -> dict[str, Any] | None:
-    """Return the answers that can only be read while the scene is at this step, by quantity.
-
-    FORCES has the weight of a pad and the objects that it measures. POSES has the poses of the
-    objects that parameters name. Return None if the model needs neither quantity. `evaluated` is
-    the evaluated object of the sensor.
-    """
-    found: dict[str, Any] = {}
-    if sensor.kind.requires(FORCES):
-        weight = _own_weight(evaluated, depsgraph.scene, metres)
-        found[FORCES] = weight, _partners(sensor.parameters_in(evaluated))
-    if sensor.kind.requires(POSES):
-        found[POSES] = _named_poses(sensor, sensor.parameters_in(evaluated), depsgraph, metres)
-    return found or None
-
-
-def _named_poses(
-    sensor: Sensor, settings: Any, depsgraph: Any, metres: float
-) -> dict[str, Pose | None]:
-    """Return the pose of the object in each parameter that takes an object, by parameter.
-
-    The pose is None if the parameter is empty. For a sensor in a collection instance, it is the
-    pose of the object's copy in the instance, if there is one. Raise AngenError if the pose cannot
-    be read.
-    """
-    pointers = [n for n, s in specs(sensor.kind.parameters).items() if s.pointer == "Object"]
-    found: dict[str, Pose | None] = {}
-    for name in pointers:
-        obj = getattr(settings, name)
-        if obj is None:
-            found[name] = None
-            continue
-        holders = sensor.holders
-        beside = bool(holders) and obj.original in shown_in(holders[-1].instance_collection)
-        with explained(f"'{sensor.name}'", NotPlaced, raised=AngenError):
-            matrix = placed_matrix(obj.original, depsgraph, beside)
-        matrix = np.array(within(matrix, holders if beside else (), depsgraph))
-        try:
-            found[name] = pose_from_matrix(matrix, metres)
-        except ValueError:
-            # An object scaled to zero still has a position.
-            found[name] = Pose(matrix[:3, 3] * metres, np.eye(3))
-    return found
-
-
-def _own_weight(evaluated: Any, scene: Any, metres: float) -> Array:
-    """Return the weight (3,) in N of a pad's own mass; zero without a mass."""
-    mass = evaluated.angen_load.mass
-    if mass == 0.0 and evaluated.rigid_body is not None:
-        mass = kilograms(evaluated.rigid_body, metres)
-    return gravity_of(scene, metres)[0] * mass
-
-
-def _partners(settings: Any) -> frozenset[int] | None:
-    """Return the session uids of the objects that a pad measures; None if it measures all."""
-    chosen, group = settings.partner_object, settings.partner_collection
-    if chosen is None and group is None:
-        return None
-    found = {obj.original.session_uid for obj in group.all_objects} if group else set()
-    return frozenset(found | ({chosen.original.session_uid} if chosen else set()))
 
 
 def matrix_of(pose: Pose, metres: float) -> Array:
@@ -355,8 +277,9 @@ class SensorSteps:
 class PendingUpdates:
     """Updates of a sensor whose readings are not computed yet.
 
-    Call either `readings` or `reading`, and only once. For a pad, first evaluate the next frame.
-    For a light sensor, first measure the light of its `request` and pass it to `give_light`.
+    Call either `readings` or `reading`, and only once. For a pad, first pass its forces to
+    `give_forces`. For a light sensor, first measure the light of its `request` and pass it to
+    `give_light`.
 
     Attributes
     ----------
@@ -388,6 +311,11 @@ class PendingUpdates:
         assert self.query is not None
         self.query.light = found[self.runner.sensor.name]
 
+    def give_forces(self, forces: Mapping[int, PadForces]) -> None:
+        """Set the forces on this pad at each whole frame with an update, by frame."""
+        assert self.query is not None
+        self.query.forces = forces
+
     def readings(self) -> Readings:
         """Compute and return the readings, one for each of the `steps`."""
         made: Readings = self.runner.model.sense(self.parameters, self.updates)
@@ -396,11 +324,6 @@ class PendingUpdates:
     def reading(self) -> Reading:
         """Compute the readings, and return the last one."""
         return self.readings()[-1]
-
-    @property
-    def update(self) -> Update:
-        """The first of the updates."""
-        return self.updates[0]
 
 
 class SensorRunner:
@@ -413,24 +336,14 @@ class SensorRunner:
         self.schedule = Schedule(clock, decimal(sensor.settings.update_rate))
         self.watches = self._watches()
         self._steps_before = self._integrated_steps()
+        self.reader = SensorReader(sensor)
         self.trace = Trace(sensor)
-        self._edits = self._changes = 0
-        self._steady: bool | None = None
         self.reset()
 
     @property
     def casts(self) -> bool:
         """Whether readings can be computed at once, because they need neither light nor forces."""
         return not (self.sensor.kind.requires_light or self.sensor.kind.requires_forces)
-
-    @property
-    def steady(self) -> bool:
-        """Whether neither the parameters nor the pose of the sensor can change before an edit."""
-        if self._steady is None:
-            paths = (f"angen_sensor.{self.sensor.kind.attribute}.", "angen_sensor.enabled")
-            parts = self.sensor.object, *self.sensor.holders
-            self._steady = all(is_static(part, *paths, "hide_viewport") for part in parts)
-        return self._steady
 
     def _watches(self) -> bool:
         """Return whether the sensor senses between its updates, as a swept optical switch does.
@@ -472,7 +385,7 @@ class SensorRunner:
     def reset(self) -> None:
         """Forget earlier updates; call this method after a jump of the playhead, for example."""
         self.model = self.sensor.kind.model()
-        self._read: Read | None = None
+        self.reader.forget()
         self.trace.forget()
 
     def recall(self, step: int) -> None:
@@ -493,76 +406,35 @@ class SensorRunner:
             self.clock.times_and_frames(steps)[0],
             np.zeros(len(known), bool),
             Pose(np.zeros(3), np.eye(3)),
-            {USES: lambda which=None: Answers([use for _, use in known], rows)},
+            {USES: lambda indices=None: Answers([use for _, use in known], rows)},
             partial(generator, 0, ""),
             partial(generator, 0, "", 0),
         )
         with suppress(AngenError):
             self.model.sense(read_parameters(self.sensor, self.sensor.settings), updates)
 
-    def read(self, depsgraph: Any, edits: int) -> Read | None:
-        """Return the parameters and the pose; None while the sensor is switched off.
+    def pending(self, due: SensorSteps, probes: Probes) -> Iterator[PendingUpdates]:
+        """Yield the updates at the steps `due` (one or more), which are in the probes' batch.
 
-        `edits` is the number of edits of the scene so far. Raise AngenError if the sensor cannot be
-        read.
+        Steps with the same parameters and pose form a group. Compute the readings of each group
+        before you take the next one. Nothing is yielded for steps at which the sensor is switched
+        off. Raise AngenError if the sensor cannot be read.
         """
-        known, metres = self._read, unit_scale(depsgraph.scene)
-        if self._edits != edits:
-            self._edits, self._steady = edits, None
-        elif known is not None and known.metres == metres and known.at_step is None and self.steady:
-            return known
-        self._read = None
-        evaluated = self.sensor.object.evaluated_get(depsgraph)
-        settings = self.sensor.settings_in(evaluated)
-        if not settings.enabled:
-            return None
-        check_evaluated(self.sensor, depsgraph)
-        parameters = read_parameters(self.sensor, settings)
-        pose = read_pose(self.sensor, self.sensor.world_matrix(depsgraph), metres)
-        at_step = read_at_step(self.sensor, evaluated, depsgraph, metres)
-        read = Read(metres, parameters, pose, at_step, self._changes)
-        if known is None or not known.same(read):
-            self._changes += 1
-            read = replace(read, change=self._changes)
-        self._read = read
-        return read
+        captured = probes.frames
+        frames = captured.at(due.steps)
+        yield from self.updates(due, frames, captured.reads_of(self.reader, frames), probes)
 
-    def take(
-        self, number: int, step: int, depsgraph: Any, probes: Probes, due: bool = True
-    ) -> PendingUpdates | None:
-        """Return update `number` of the sensor at `step`; None while the sensor is switched off.
-
-        The evaluated scene must be at this step. `due` says whether the sensor publishes at this
-        step. Raise AngenError if the sensor cannot be read.
-        """
-        steps, reads = SensorSteps.of(step, number, due), [self.read(depsgraph, probes.edits)]
-        return next(self.pending(steps, PRESENT, reads, depsgraph, probes), None)
-
-    def watch(self, step: int, depsgraph: Any, probes: Probes) -> None:
-        """Sense at a step between two updates; raise AngenError if the sensor cannot be read."""
-        number = self.schedule.last_update(step) + 1
-        pending = self.take(number, step, depsgraph, probes, due=False)
-        if pending is not None:
-            pending.readings()
-
-    def pending(
-        self,
-        steps: SensorSteps,
-        frames: Index,
-        reads: Sequence[Read | None],
-        depsgraph: Any,
-        probes: Probes,
+    def updates(
+        self, steps: SensorSteps, frames: Index, reads: Sequence[Read | None], probes: Probes
     ) -> Iterator[PendingUpdates]:
-        """Yield the updates at successive steps, in groups with the same parameters and pose.
-
-        Compute the readings of each group before you take the next one.
+        """Yield the updates at successive steps from what was read of the sensor, as `pending`.
 
         Parameters
         ----------
         steps
             The steps (n,) of the updates.
         frames
-            The index (n,) of each step's frame among the stored frames.
+            The index (n,) of each step's frame in the batch.
         reads
             Parameters and pose at each step (n,), or a single entry for all steps. An entry is None
             while the sensor is switched off.
@@ -581,7 +453,7 @@ class SensorRunner:
                 past = self._add_places(now, at, read, probes)
                 now, at = now.part(now.due), at[now.due]
             if len(now.steps):
-                yield self._pending(read, now, at, depsgraph, probes, past)
+                yield self._pending(read, now, at, probes, past)
 
     def _add_places(
         self, steps: SensorSteps, frames: Index, read: Read, probes: Probes
@@ -605,31 +477,41 @@ class SensorRunner:
         read: Read,
         steps: SensorSteps,
         frames: Index,
-        depsgraph: Any,
         probes: Probes,
         past: Sequence[PlacedStep] = (),
     ) -> PendingUpdates:
         when = self.clock, read, steps.steps.tolist(), frames
-        query = Query(self.sensor, *when, depsgraph, probes, self.trace, past)
+        query = Query(self.sensor, *when, probes, self.trace, past)
         if self.sensor.kind.requires_light:
             query.request = light_request(
-                self.sensor, read.parameters, read.pose, read.metres, self.steady
+                self.sensor, read.parameters, read.pose, read.metres, self.reader.steady
             )
         needs = self.sensor.kind.needs
-        scene, name = depsgraph.scene, self.sensor.stands_for or self.sensor.name
+        name = self.sensor.stands_for or self.sensor.name
         updates = Updates(
             steps.numbers,
             self.clock.times_and_frames(steps.steps)[0],
             steps.due,
             read.pose,
             {need: partial(ANSWERS[need], query) for need in needs},
-            partial(generator, scene.angen_seed, name),
-            partial(generator, scene.angen_seed, f"{name}, part", 0),
+            partial(generator, read.seed, name),
+            partial(generator, read.seed, f"{name}, part", 0),
             self.trace.name_of,
         )
         due = steps.steps[steps.due].tolist()
         updates = self.trace.record(query, updates)
         return PendingUpdates(self, due, read.parameters, updates, query)
+
+
+def single_update(
+    runner: SensorRunner, number: int, step: int, probes: Probes
+) -> PendingUpdates | None:
+    """Return update `number` of a sensor at `step`; None while the sensor is switched off.
+
+    The probes must have read the scene at this step alone: see `Probes.look`. Raise AngenError if
+    the sensor cannot be read.
+    """
+    return next(runner.pending(SensorSteps.of(step, number), probes), None)
 
 
 def all_rays(
@@ -649,7 +531,8 @@ def all_rays(
     if probes is None:
         # New probes, whose scene is empty.
         probes, needs = Probes(depsgraph.scene, RayCaster()), {RAYS}
-    read, trace = runner.read(depsgraph, probes.edits), runner.trace
+        probes.show_captured(depsgraph)
+    read, trace = runner.reader.read(depsgraph, probes.capture.edits), runner.trace
     if read is None:
         return None
     trace.set_pose(read.parameters, read.pose)
@@ -660,7 +543,7 @@ def all_rays(
         while len(trace.bundles) > known:
             known = len(trace.bundles)
             steps = SensorSteps.of(runner.schedule.step(number), number)
-            runner._pending(read, steps, PRESENT, depsgraph, probes).readings()
+            runner._pending(read, steps, PRESENT, probes).readings()
             number += 1
     return trace
 
@@ -673,5 +556,5 @@ def _cast_views(read: Read, trace: Trace, probes: Probes) -> None:
         for wall, rays in enumerate(zip(*view_rays(request), strict=True)):
             ranges = probes.caster.cast(sensor.uid, wall, *rays)
             origins, directions, reach = rays
-            met = RaysMet(origins * metres, directions, reach * metres, ranges * metres)
-            trace.show(wall, met)
+            cast = CastRays(origins * metres, directions, reach * metres, ranges * metres)
+            trace.show(wall, cast)

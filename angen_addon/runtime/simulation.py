@@ -269,7 +269,7 @@ class _Run:
                     for doing in stage.measure(alone):
                         if not doing and not stage.is_due:
                             continue
-                        # The caller may undo, so no stored frame may be left.
+                        # The caller may undo, so no captured frame may be left.
                         for ready in stage.sense(window, evaluated_depsgraph()):
                             self._record(ready, driven)
                         self._evaluate_drivers(driven)
@@ -279,7 +279,7 @@ class _Run:
                         self._note_reference(1.0)
                         self._record(measured, driven)
                     if stage.has_sensed_all:
-                        # The caller may change the scene, so no stored frame may be left.
+                        # The caller may change the scene, so no captured frame may be left.
                         self._recording.frame_end = min(self._frame(step), self._frame_end)
                         self._evaluate_drivers(driven)
                         yield self._at(step)

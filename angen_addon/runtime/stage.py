@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Container, Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 
 from ...sensor_logic.clock import Clock
 from ...sensor_logic.kind import CROSSINGS, FORCES, RAYS, USES
-from ...sensor_logic.logs.error import AngenError
 from ...sensor_logic.model import Index
 from ..scene.animation import all_animated, may_set
 from ..scene.surfaces import SURFACES
@@ -27,7 +26,7 @@ from ..scene.timed import frames_to_step_from
 from .moving_scene import MovingScene
 from .pads import Pads
 from .probes import Probes
-from .sensor_runner import PendingUpdates, Read, SensorRunner, SensorSteps
+from .sensor_runner import PendingUpdates, SensorRunner, SensorSteps
 from .stillness import Stillness
 from .time_base import clock_of, evaluated_depsgraph
 
@@ -90,8 +89,8 @@ class Agenda:
         self._frame_start = clock.frame_start
         self._last_step: Index = np.zeros(0, np.intp)
         self._stepped_from: int | None = None
-        # Quantities that can be queried later, from stored frames. All others must be queried while
-        # the scene is at the frame.
+        # Quantities that can be queried later, from captured frames. All others must be queried
+        # while the scene is at the frame.
         self.stored = STORED | ({FORCES} if _weights_stay(scene) else set())
         starts = frames_to_step_from(scene)
         if starts:
@@ -150,7 +149,7 @@ class Agenda:
             if runner.sensor.kind.requires_forces:
                 frames = pads[runner] = self._frames_moved(runner, begin, end)
                 motion += [frames - self._substeps, frames, frames + self._substeps]
-            if not (runner.steady and set(runner.sensor.kind.needs) <= self.stored):
+            if not (runner.reader.steady and set(runner.sensor.kind.needs) <= self.stored):
                 for step in steps_of.steps.tolist():
                     read.setdefault(step, []).append(runner)
         # No sensor senses before step 0.
@@ -203,48 +202,8 @@ def _weights_stay(scene: Any) -> bool:
     )
 
 
-# s: after this time at most, the stored frames are sensed and the run yields its progress.
+# s: after this time at most, the captured frames are sensed and the run yields its progress.
 PROGRESS_INTERVAL = 0.25
-
-
-@dataclass
-class FrameBatch:
-    """The stored frames that the sensors have not sensed yet.
-
-    Attributes
-    ----------
-    steps
-        The first step of each stored frame. A stored frame lasts until the first step of the next.
-    last
-        The last step of the newest stored frame.
-    reads
-        The parameters and the pose by the sensor's runner and the index of the stored frame.
-        Sensors whose parameters and pose do not change are left out.
-    since
-        The time at which the batch began, by `time.monotonic`.
-    """
-
-    steps: list[int] = field(default_factory=list)
-    last: int = -1
-    reads: dict[tuple[SensorRunner, int], Read | None] = field(default_factory=dict)
-    since: float = field(default_factory=time.monotonic)
-
-    def frames(self, steps: Index) -> Index:
-        """Return the index (n,) of the stored frame at each step (n,)."""
-        return np.searchsorted(np.array(self.steps), steps, side="right") - 1
-
-    def part(self, steps: Index) -> Index:
-        """Return the part of the ascending `steps` (n,) that lies within the batch."""
-        return steps[slice(*np.searchsorted(steps, (self.steps[0], self.last + 1)))]
-
-    def reads_of(self, runner: SensorRunner, frames: Index) -> list[Read | None] | None:
-        """Return the parameters and poses of a sensor at stored frames, given by index (n,).
-
-        Return None if they do not change, so that the batch does not have them.
-        """
-        if (runner, int(frames[0])) not in self.reads:
-            return None
-        return [self.reads[runner, frame] for frame in frames.tolist()]
 
 
 class Stage:
@@ -293,23 +252,24 @@ class Stage:
         )
         self._batches = batches and not changes
         self._moving = moving if self._batches else None
-        self._pads = Pads(self.runners, self._clock, self.probes)
-        self._batch = FrameBatch()
+        self._pads = Pads(scene, self.runners, self._clock, self.probes, _weights_stay(scene))
+        # When the batch began, by `time.monotonic`.
+        self._since = time.monotonic()
 
     @property
     def has_sensed_all(self) -> bool:
-        """Whether the sensors have sensed all stored frames."""
-        return not self._batch.steps
+        """Whether the sensors have sensed all captured frames."""
+        return not self._capture.steps
 
     @property
     def is_due(self) -> bool:
-        """Whether the stored frames should be sensed now, and the progress yielded."""
-        return not self._batches or time.monotonic() - self._batch.since > PROGRESS_INTERVAL
+        """Whether the captured frames should be sensed now, and the progress yielded."""
+        return not self._batches or time.monotonic() - self._since > PROGRESS_INTERVAL
 
     @property
     def last_step(self) -> int | None:
-        """The last step of the newest stored frame; None if no frame is stored."""
-        return self._batch.last if self._batch.steps else None
+        """The last step of the newest captured frame; None if no frame is stored."""
+        return self._capture.last if self._capture.steps else None
 
     def resume(self) -> bool:
         """Prepare for the next step after a yield, since the caller may have edited the scene.
@@ -319,7 +279,7 @@ class Stage:
         """
         # A pending edit must not count as a change by the frame.
         evaluated_depsgraph()
-        self.probes.note_edits()
+        self._capture.note_edits()
         return self._moving is not None and self._capture.solids.must_list
 
     def begin_anew(self, moving: MovingScene | None) -> None:
@@ -328,7 +288,7 @@ class Stage:
         Call this method after an edit that makes other objects move, and only while no frame is
         stored.
         """
-        self.probes.note_edits()
+        self._capture.note_edits()
         self.probes.uses.watch([runner.sensor for runner in self.runners])
         self._moving = moving if self._batches else None
 
@@ -351,25 +311,15 @@ class Stage:
             return
         if not self._capture.add(watched):
             if not self.has_sensed_all:
-                # Objects came or went: sense the stored frames while their solids are listed.
-                yield from self.sense(window, self.evaluate(self._batch.last))
+                # Objects came or went: sense the captured frames while their solids are listed.
+                yield from self.sense(window, self.evaluate(self._capture.last))
                 is_whole = False
             # New objects are not in the scene at the earlier frame.
             depsgraph = depsgraph if is_whole else self.evaluate(steps[0])
             if self._capture.add_first(depsgraph, watched) and self._batches:
                 self.probes.prepare_pads(depsgraph)
+        self._read_sensors(window, sensed, depsgraph)
         self.probes.uses.add(watched)
-        before = self._batch.last
-        self._batch.steps.append(sensed[0])
-        self._batch.last = sensed[-1]
-        try:
-            self._read_sensors(window, sensed, depsgraph)
-        except AngenError:
-            # The frames stored before can still be sensed.
-            self.probes.uses.drop()
-            self._batch.steps.pop()
-            self._batch.last = before
-            raise
         if self.is_due or self._capture.full:
             yield from self.sense(window, depsgraph)
 
@@ -396,43 +346,36 @@ class Stage:
     def _read_sensors(self, window: Window, sensed: list[int], depsgraph: Any) -> None:
         """Read the parameters and poses that can change, and add updates to `light_updates`."""
         # Nothing changes between the steps in `sensed`, so one reading serves all of them.
-        frame = len(self._batch.steps) - 1
-        for runner in {r: None for step in sensed for r in window.read.get(step, ())}:
-            read = runner.read(depsgraph, self.probes.edits)
-            self._batch.reads[runner, frame] = read
+        runners = list(dict.fromkeys(r for step in sensed for r in window.read.get(step, ())))
+        reads = self._capture.read_sensors(sensed, depsgraph, [r.reader for r in runners])
+        for runner, read in zip(runners, reads, strict=True):
             if runner.sensor.kind.requires_light:
-                sensor_steps = window.sensor_steps[runner].between(sensed[0], sensed[-1])
-                frames = self._batch.frames(sensor_steps.steps)
-                self.light_updates.extend(
-                    runner.pending(sensor_steps, frames, [read], depsgraph, self.probes)
-                )
+                due = window.sensor_steps[runner].between(sensed[0], sensed[-1])
+                self.light_updates += runner.updates(due, 0 * due.steps, [read], self.probes)
 
     def sense(self, window: Window, depsgraph: Any) -> Iterator[PendingUpdates]:
-        """Yield the updates at all steps of the stored frames, and begin the next batch.
+        """Yield the updates at all steps of the captured frames, and begin the next batch.
 
         Compute the readings of each item before you take the next one. Updates of pads are yielded
         only once the next frame was evaluated, perhaps with the next batch.
         """
-        batch, self._batch = self._batch, FrameBatch()
-        if not batch.steps:
+        self._since = time.monotonic()
+        if self.has_sensed_all:
             return
-        self.probes.query_stored_frames(depsgraph)
+        self.probes.show_captured(depsgraph)
+        frames = self.probes.frames
         for runner, sensor_steps in window.sensor_steps.items():
-            kind, due = runner.sensor.kind, sensor_steps.between(batch.steps[0], batch.last)
+            kind, due = runner.sensor.kind, sensor_steps.between(frames.steps[0], frames.last)
             if kind.requires_light or not len(due.steps):
                 continue
-            frames = batch.frames(due.steps)
-            reads = batch.reads_of(runner, frames)
-            if reads is None:
-                reads = [runner.read(depsgraph, self.probes.edits)]
             if kind.requires_forces:
-                self._pads.wait(runner, due, reads)
+                self._pads.wait(runner, due, frames.reads_of(runner.reader, frames.at(due.steps)))
             else:
-                yield from runner.pending(due, frames, reads, depsgraph, self.probes)
-        moved = batch.part(window.motion)
-        pads = {runner: batch.part(steps) for runner, steps in window.pads.items()}
+                yield from runner.pending(due, self.probes)
+        moved = frames.part(window.motion)
         if len(moved):
-            yield from self._pads.sense(moved, batch.frames(moved), pads, depsgraph)
+            pads = {runner: frames.part(steps) for runner, steps in window.pads.items()}
+            yield from self._pads.sense(moved, pads)
 
     def measure(self, alone: bool) -> Iterator[str]:
         """Measure the light of all `light_updates`, and yield a text before each slow picture.

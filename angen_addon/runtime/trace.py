@@ -7,7 +7,7 @@ The viewport draws them.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -15,12 +15,13 @@ import numpy as np
 
 from ...sensor_logic.arrays import are_equal
 from ...sensor_logic.clock import Clock
+from ...sensor_logic.forces.world import PadForces
 from ...sensor_logic.kind import RAYS
 from ...sensor_logic.model import Answers, Array, Ask, Index, LightSample, Pose, Updates
 from ..scene.light.probe import LightRequest
-from ..scene.rays.caster import Rays
 from ..scene.rays.places import SolidPlaces
 from ..scene.rays.sweep import SolidsAtStep, SweptRays
+from ..scene.sensor_reader import Read
 from ..scene.sensors import Sensor
 from ..scene.surfaces import SURFACES
 from .probes import Probes
@@ -29,46 +30,6 @@ from .probes import Probes
 CAST = {RAYS, *SURFACES}
 # More than the ray bundles of any model.
 BUNDLES = 1 << 20
-
-
-@dataclass(frozen=True)
-class Read:
-    """The parameters and the pose of a sensor, as read at one step.
-
-    Attributes
-    ----------
-    metres
-        Length of a Blender unit in m.
-    parameters, pose
-        The parameters of the sensor's kind, and the pose in m.
-    at_step
-        Answers that can only be read while the scene is at this step, by the queried quantity. None
-        if the sensor's kind needs no such answers.
-    change
-        A number that grows whenever the parameters or the pose change.
-    """
-
-    metres: float
-    parameters: Any
-    pose: Pose
-    at_step: dict[str, Any] | None
-    change: int = 0
-
-    def same(self, other: Read) -> bool:
-        """Return whether the values equal the values that were read at another step.
-
-        Return false if either of the two has `at_step`.
-        """
-        same = self.metres == other.metres and self.parameters == other.parameters
-        return same and self.at_step is other.at_step is None and self.pose.same(other.pose)
-
-    def rays_in_units(self, origins: Array, directions: Array, length: Array) -> Rays:
-        """Return rays in Blender units, from origins (n, 3) and lengths (n,) in m."""
-        return origins / self.metres, directions, length / self.metres
-
-    def in_metres(self, lengths: Array) -> Array:
-        """Return lengths in m, from lengths in Blender units."""
-        return lengths if self.metres == 1.0 else lengths * self.metres
 
 
 @dataclass
@@ -84,9 +45,9 @@ class Query:
     steps
         The steps of the updates that the model computes.
     frames
-        The index (n,) of each step's frame among the stored frames.
-    depsgraph, probes
-        The evaluated scene, and the probes that read it.
+        The index (n,) of each step's frame among the captured frames.
+    probes
+        The probes that read the scene.
     trace
         The trace that records the queries.
     past
@@ -96,6 +57,8 @@ class Query:
         The request of a light sensor to the light probe; None for other kinds.
     light
         The light that was measured for the request; None before the measurement.
+    forces
+        The contact forces on a pad, by whole frame.
     """
 
     sensor: Sensor
@@ -103,12 +66,12 @@ class Query:
     read: Read
     steps: list[int]
     frames: Index
-    depsgraph: Any
     probes: Probes
     trace: Trace
     past: Sequence[PlacedStep] = ()
     request: LightRequest | None = None
     light: LightSample | None = None
+    forces: Mapping[int, PadForces] = field(default_factory=dict)
 
     def bundle(self, number: int) -> int:
         """Return the number of the model's ray bundle `number` that the ray caster uses.
@@ -159,7 +122,7 @@ class SensorRays:
 
 
 @dataclass(frozen=True, eq=False)
-class RaysMet:
+class CastRays:
     """A bundle of n rays in world space and the ranges that a ray cast returned; lengths are in m.
 
     Attributes
@@ -177,7 +140,7 @@ class RaysMet:
     reach: Array
     ranges: Array
 
-    def same(self, other: RaysMet) -> bool:
+    def same(self, other: CastRays) -> bool:
         """Return whether another bundle has the same rays and the same ranges."""
         mine = self.origins, self.directions, self.reach, self.ranges
         its = other.origins, other.directions, other.reach, other.ranges
@@ -217,7 +180,7 @@ class Trace:
     def forget(self) -> None:
         """Remove the last hits, because the sensor starts anew."""
         self.revision += 1
-        self.bundles: dict[int, RaysMet] = {}
+        self.bundles: dict[int, CastRays] = {}
         self.scan: dict[int, Array | None] = {}
         self.step: int | None = None
         self.parameters: Any = None
@@ -240,25 +203,25 @@ class Trace:
         need: str,
         answer: Ask,
         *arguments: Any,
-        which: Index | None = None,
+        indices: Index | None = None,
     ) -> Answers:
         """Answer the query `need` by the function `answer`, with the hits of its rays.
 
-        Record the rays and ranges of the last update. `which` (k,) has the indices of the updates
+        Record the rays and ranges of the last update. `indices` (k,) are those of the updates
         that the query is about; None means all.
         """
-        answers: Answers = answer(*arguments, which=which)
+        answers: Answers = answer(*arguments, indices=indices)
         if not len(answers.rows):
             return answers
         bundle, origins, directions, length, *_ = arguments
         read, known = query.read, (query.sensor.uid, query.bundle(bundle))
-        last = query.steps[-1 if which is None else int(which[-1])]
+        last = query.steps[-1 if indices is None else int(indices[-1])]
         if need == RAYS:
             ranges = answers[-1]
         else:
             ranges = read.in_metres(query.probes.surfaces[need].ranges(*known))
         self.set_pose(read.parameters, read.pose)
-        self._note(last, bundle, RaysMet(origins, directions, length, ranges))
+        self._note(last, bundle, CastRays(origins, directions, length, ranges))
         in_units = read.rays_in_units(origins, directions, length)
         self._names = query.probes.names
         return replace(answers, hits=query.probes.hits(need, *known, in_units, len(answers.rows)))
@@ -279,27 +242,27 @@ class Trace:
             return known is pose
         return bool(parameters == self.parameters) and pose.same(known)
 
-    def _note(self, step: int, number: int, met: RaysMet) -> None:
+    def _note(self, step: int, number: int, cast: CastRays) -> None:
         """Record that the sensor has cast the ray bundle `number` at a step."""
         if step != self.step:
             self.step, self.scan = step, {}
         if number not in self.scan:
             self.scan[number] = self._sensed.get(number)
-        self._sensed[number] = met.ranges
-        self.show(number, met)
+        self._sensed[number] = cast.ranges
+        self.show(number, cast)
 
-    def show(self, number: int, met: RaysMet) -> None:
+    def show(self, number: int, cast: CastRays) -> None:
         """Set the rays and ranges of bundle `number`; call it for casts outside of updates."""
         known = self.bundles.get(number)
-        if known is None or not known.same(met):
-            self.bundles[number] = met
+        if known is None or not known.same(cast):
+            self.bundles[number] = cast
             self.revision += 1
 
     def copy_bundles(self, other: Trace) -> None:
         """Replace all bundles of rays by the bundles of another trace of the same sensor."""
         self.set_pose(other.parameters, other.pose)
-        for number, met in other.bundles.items():
-            self.show(number, met)
+        for number, cast in other.bundles.items():
+            self.show(number, cast)
         for number in self.bundles.keys() - other.bundles.keys():
             del self.bundles[number]
             self.revision += 1
@@ -309,14 +272,14 @@ class Trace:
 
         `metres` is the length of a Blender unit in m.
         """
-        met = self.bundles.values()
-        if not met:
+        bundles = self.bundles.values()
+        if not bundles:
             return SensorRays(np.empty((0, 3)), np.empty((0, 3)), np.empty(0))
         return SensorRays(
-            np.concatenate([bundle.origins / metres for bundle in met]),
-            np.concatenate([bundle.directions for bundle in met]),
-            np.concatenate([bundle.reach / metres for bundle in met]),
-            len(met),
+            np.concatenate([bundle.origins / metres for bundle in bundles]),
+            np.concatenate([bundle.directions for bundle in bundles]),
+            np.concatenate([bundle.reach / metres for bundle in bundles]),
+            len(bundles),
         )
 
     def name_of(self, number: int) -> str:

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...sensor_logic.model import Array
 from .animation import played_curves
 from .sensors import unit_scale
 
@@ -60,6 +61,21 @@ def kilograms(rigid_body: Any, metres: float) -> float:
 def gravity_factor(gravity: Any, metres: float) -> float:
     """Return the factor from a scene's stored gravity (3,) to m/s²."""
     return shown_factor(float(np.linalg.norm(gravity)), GRAVITY, metres)
+
+
+def gravity_of(scene: Any, metres: float) -> tuple[Array, Array]:
+    """Return gravity (3,) in m/s², and the unit vector against it.
+
+    `metres` is the length of a Blender unit. The field weights of the physics engine count.
+    """
+    gravity = np.array(scene.gravity, np.float64) * gravity_factor(scene.gravity, metres)
+    if not scene.use_gravity:
+        gravity = np.zeros(3)
+    if scene.rigidbody_world is not None:
+        weights = scene.rigidbody_world.effector_weights
+        gravity *= weights.gravity * weights.all
+    size = float(np.linalg.norm(gravity))
+    return gravity, -gravity / size if size > 0.0 else np.array([0.0, 0.0, 1.0])
 
 
 def watts_factor(lamp: Any, metres: float) -> float:

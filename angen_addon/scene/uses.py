@@ -98,10 +98,6 @@ class UseReader:
         """Read the present frame of an evaluated scene."""
         self._noted.append([_is_in_use(sensor, depsgraph) for sensor in self._sensors])
 
-    def drop(self) -> None:
-        """Forget the frame that was read last."""
-        self._noted.pop()
-
     def finish(self) -> None:
         """Answer queries about the frames that were read since the last call."""
         self._shown = np.array(self._noted, np.intp).reshape(len(self._noted), -1)

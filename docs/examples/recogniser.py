@@ -90,13 +90,17 @@ class Day:
         return Day(self.home, self.date, self.weight, changes, self.spans)
 
 
-def read_home(path: Path, person: str) -> list[Day]:
-    """The days of a home that have events and activities. Raises InputError, OSError."""
+def read_home(path: Path, person: str = "", logs: Path | None = None) -> list[Day]:
+    """The days of a home that have events and activities. Raises InputError, OSError.
+
+    The logs that a TOML file names lie beside it, or in the folder `logs`.
+    """
     if path.suffix == ".toml":
         values = _toml(path)
         if missing := {"events", "activities"} - values.keys():
             raise InputError(f"{path} has no {' and no '.join(sorted(missing))}")
-        events, done = path.parent / values["events"], path.parent / values["activities"]
+        folder = logs or path.parent
+        events, done = folder / values["events"], folder / values["activities"]
     else:
         values, events, done = {}, path, path
         for name in ("events.csv", "activities.csv"):
@@ -210,10 +214,19 @@ def features(changes: Sequence[Change], sensors: Sequence[str], window: int) -> 
 
 def samples(days: Sequence[Day], sensors: Sequence[str], window: int) -> Samples:
     """The windows of days in which something is done."""
-    x = np.concatenate([features(day.changes, sensors, window) for day in days])
-    y = np.concatenate([labels_of(day, window) for day in days])
-    weights = np.repeat([day.weight for day in days], DAY_S // window)
-    return x[y != ""], y[y != ""], weights[y != ""]
+    return joined([samples_of(day, sensors, window) for day in days])
+
+
+def samples_of(day: Day, sensors: Sequence[str], window: int) -> Samples:
+    """The windows of a day in which something is done."""
+    x, y = features(day.changes, sensors, window), labels_of(day, window)
+    return x[y != ""], y[y != ""], np.full(np.sum(y != ""), day.weight)
+
+
+def joined(parts: Sequence[Samples]) -> Samples:
+    """The windows of several days as one table."""
+    x, y, weights = (np.concatenate(column) for column in zip(*parts, strict=True))
+    return x, y, weights
 
 
 def sensors_of(days: Sequence[Day]) -> list[str]:
@@ -272,6 +285,24 @@ def worth_of_sensors(train: list[Day], test: list[Day], window: int, seeds: int)
         print(row(f"{one} alone", of([one]), clock))
 
 
+def tried(
+    days: Sequence[Day], real: Sequence[Day], number: int, sensors: Sequence[str], window: int,
+    seeds: int,
+) -> np.ndarray:  # fmt: skip
+    """(seeds, 2): accuracy and macro F1 on real days, of what is learnt from `days` and `number`
+    real ones. Chance draws these, and what is tried are all others."""
+    simulated, theirs = (
+        [samples_of(day, sensors, window) for day in given] for given in (days, real)
+    )
+    found = []
+    for seed in range(seeds):
+        order = np.random.default_rng(seed).permutation(len(real))
+        learnt = joined([*simulated, *(theirs[n] for n in order[:number])])
+        test = joined([theirs[n] for n in order[number:]])
+        found.append(scores(forest_guess(learnt, test, seed), test[1]))
+    return np.array(found)
+
+
 def tried_on(
     train: list[Day], real: list[Day], numbers: Sequence[int], rules: Mapping[str, Sequence[str]],
     window: int, seeds: int,
@@ -295,15 +326,7 @@ def tried_on(
     print("| learnt from | accuracy | macro F1 | change |\n|---|---|---|---|")
 
     def of(days: list[Day], number: int) -> np.ndarray:
-        """Accuracy and F1 on the real days that are not among the `number` learnt, by seed."""
-        found = []
-        for seed in range(seeds):
-            order = np.random.default_rng(seed).permutation(len(real))
-            learnt = [*days, *(real[n] for n in order[:number])]
-            test = samples([real[n] for n in order[number:]], sensors, window)
-            guessed = forest_guess(samples(learnt, sensors, window), test, seed)
-            found.append(scores(guessed, test[1]))
-        return np.array(found)
+        return tried(days, real, number, sensors, window, seeds)
 
     for number in numbers:
         and_real = f" and {number} real" if number else ""

@@ -3,15 +3,17 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from ...sensor_logic.logs.error import InputError
 from ...sensor_logic.logs.toml_table import suggestion
-from ..routine.routine import AWAY, Routine, RoutineActivity, Spread, StepGroup, seconds
+from ..routine.file import VARIES
+from ..routine.routine import AWAY, Routine, RoutineActivity, Spread, StepGroup, UsualUse, seconds
 from ..routine.timetable import Stream
-from .places import LIE, SIT, USE, Place, Places
+from .places import APPLIANCE, LIE, SIT, TAP, USE, Place, Places
 from .timeline import AWAY as GONE
 from .timeline import LYING, SITTING, STANDING
 
@@ -24,7 +26,7 @@ _WORDS = {
     "sit": (_PLACE, True),
     "lie": (_PLACE, True),
     "use": (_PLACE, True),
-    "reach": (_PLACE, False),
+    "reach": (_PLACE, True),
     "open": (_LEAF, False),
     "close": (_LEAF, False),
     "switch": (_LAMP, False),
@@ -42,6 +44,12 @@ POSTURES = {"go": STANDING, "stand at": STANDING, "use": STANDING, "sit": SITTIN
             "leave": GONE}  # fmt: skip
 _CAT = {"go", "stand at", "sit", "lie", "use", "wait", "turn over", "shift", "look around"}
 _NEEDS = {"turn over": (LYING,)}
+# How long a step takes without a duration, and for how long a leaf is opened for a while, s.
+USUAL, A_WHILE = 10.0, 6.0
+# The spread of the durations at a place, by its use, and of those for which a leaf is open for a
+# while; docs/residents.md tells where they are from.
+SPREADS = {SIT: (0.4, 0.7), USE: (0.4, 0.4), TAP: (0.4, 0.4), APPLIANCE: (1.3, 0.5)}
+LEAF_SPREAD = (0.67, 1.25)
 # The largest side of a thing that a hand can carry, m.
 LARGEST_THING_M = 1.0
 # Default mean number of small movements in a row.
@@ -57,7 +65,8 @@ class ActivityStep:
     word, name : str
         What to do, such as "sit", and the name of the object to do it with.
     lasts : float or None
-        The duration, s; None for the default.
+        The median duration, s; None for the default. A leaf that is opened stays open if it is
+        None.
     at : str
         The place at which an object is put down, or "".
     on : bool
@@ -65,7 +74,7 @@ class ActivityStep:
     where : str
         The step's position in the routine's file.
     varies : Spread or None
-        The spread of the duration; None for the default.
+        The spread of the duration; None if the duration does not vary.
     """
 
     word: str
@@ -81,11 +90,17 @@ class ActivityStep:
         return InputError(f"{self.where}: {' '.join([self.word, self.name]).strip()}: {text}")
 
 
-def parse_step(text: str, where: str, places: Places, varies: Spread | None = None) -> ActivityStep:
+def parse_step(
+    text: str,
+    where: str,
+    places: Places,
+    uses: Mapping[str, UsualUse],
+    varies: Spread | None = None,
+) -> ActivityStep:
     """Parse the text of a step; raise `InputError` for an unknown word or name.
 
-    Error texts begin with `where`, the step's position in the file. `varies` is the spread of the
-    duration.
+    Error texts begin with `where`, the step's position in the file. `uses` is what the file says of
+    places and leaves, and `varies` the spread of the duration, if the file gives it for this step.
     """
     word = next((w for w in _WORDS if text == w or text.startswith(w + " ")), None)
     if word is None:
@@ -100,6 +115,8 @@ def parse_step(text: str, where: str, places: Places, varies: Spread | None = No
     if word == "wait" and lasts is None:
         raise InputError(f'{where}: wait: give a duration, as in "wait 20 s"')
     at, on = "", False
+    if word == "open":
+        rest, lasts = _open_for(rest)
     if word == "put":
         rest, _, at = rest.partition(" at ")
     if word == "switch":
@@ -117,7 +134,44 @@ def parse_step(text: str, where: str, places: Places, varies: Spread | None = No
             raise step.error(f"no {one} is marked {name!r}; {suggestion(name, known)}")
         if one == _THING:
             _check_thing(step, places.places[name])
-    return step
+    return _with_usual_duration(step, places, uses)
+
+
+def _open_for(rest: str) -> tuple[str, float | None]:
+    """Return the name of a leaf that is opened, and for how long, s.
+
+    The duration is None for a leaf that stays open, and 0 for one that is opened for a while.
+    """
+    name, _, long = rest.rpartition(" for ")
+    if name and long == "a while":
+        return name, 0.0
+    if name and _DURATION.fullmatch(" " + long):
+        return name, seconds(long)
+    return rest, None
+
+
+def _with_usual_duration(
+    step: ActivityStep, places: Places, uses: Mapping[str, UsualUse]
+) -> ActivityStep:
+    """Return a step with the usual duration and spread where its text does not say them."""
+    use = uses.get(step.name)
+    lasts, varies = step.lasts, step.varies
+    if step.word == "open" and lasts is not None:
+        usual, spread = A_WHILE, LEAF_SPREAD
+        lasts = lasts or None
+    elif step.word in ("go", "stand at", "use", "sit", "lie") or (
+        step.word == "reach" and lasts is not None
+    ):
+        usual, spread = USUAL, SPREADS.get(places.places[step.name].use, (VARIES, VARIES))
+    else:
+        return step
+    if lasts is None and use is not None:
+        lasts = use.lasts
+    if lasts is None and step.word in ("open", "use"):
+        lasts = usual
+    if varies is None:
+        varies = use.varies if use is not None and use.varies is not None else spread
+    return replace(step, lasts=lasts, varies=varies)
 
 
 def _check_thing(step: ActivityStep, thing: Place) -> None:
@@ -253,12 +307,35 @@ class DrawnSteps:
         return (*self.steps, *(step for _, steps in self.timed for step in steps))
 
 
+def _rest(word: str, an_hour: float) -> RepeatedSteps:
+    """Return a movement that is repeated so often an hour on average."""
+    step = ActivityStep(word, "", None, "", False, "")
+    varies = 1.0
+    # `every` is a median; the mean of a log-normal rest is longer.
+    return RepeatedSteps((step,), 3600.0 / an_hour / math.exp(varies**2 / 2), varies, 1.0)
+
+
+# How somebody moves who rests and of whom the routine says nothing, by posture.
+RESTS = {
+    # 1.6 (sd 0.7) changes of posture an hour: Skarpsno et al., Nature and Science of Sleep 9, 2017.
+    # Smaller movements are assumed.
+    LYING: (_rest("turn over", 1.6), _rest("shift", 3.0)),
+    # 7.8 (sd 5.2) an hour: Reenalda et al., J. Rehabilitation Research and Development 46(5), 2009.
+    SITTING: (_rest("shift", 7.8),),
+}
+
+
 @dataclass(frozen=True)
 class ActivitySteps:
     """The steps of an activity: those that are done when it begins, and those repeated then."""
 
     items: tuple[ActivityStep | ParsedGroup, ...]
     meanwhile: tuple[RepeatedSteps, ...]
+    usual_rest: bool = False
+
+    def rests(self, posture: str | None) -> tuple[RepeatedSteps, ...]:
+        """Return how somebody who rests in a posture moves, if the routine leaves it open."""
+        return RESTS.get(posture or "", ()) if self.usual_rest else ()
 
     @property
     def places(self) -> set[str]:
@@ -294,30 +371,38 @@ def read_activities(routine: Routine, places: Places) -> Mapping[str, ActivitySt
 
     Raises `InputError` for a step that cannot be parsed.
     """
+    for name, use in routine.uses.items():
+        known = {*places.places, *places.doors}
+        if name not in known:
+            raise InputError(f"{use.where}: nothing is marked {name!r}; {suggestion(name, known)}")
     found = {
-        name: _parse_activity(activity, places) for name, activity in routine.activities.items()
+        name: _parse_activity(activity, places, routine.uses)
+        for name, activity in routine.activities.items()
     }
     found[AWAY] = ActivitySteps((ActivityStep("leave", "", None, "", False, AWAY),), ())
     return found
 
 
-def _parse_activity(activity: RoutineActivity, places: Places) -> ActivitySteps:
+def _parse_activity(
+    activity: RoutineActivity, places: Places, uses: Mapping[str, UsualUse]
+) -> ActivitySteps:
     where = activity.where or (activity.name,) * len(activity.do)
-    items, postures = _parse_items(activity.do, where, places, {None}, "", None)
+    items, postures = _parse_items(activity.do, where, places, uses, {None}, "", None)
     meanwhile = []
     for one in activity.meanwhile:
         lines = zip(one.do, one.where or (activity.name,) * len(one.do), strict=True)
-        among = tuple(parse_step(text, at, places) for text, at in lines)
+        among = tuple(parse_step(text, at, places, uses) for text, at in lines)
         for step in among:
             _check_posture(step, postures)
             _check_stays(step)
         usual = 1.0 if any(step.word in POSTURES for step in among) else BURST
         meanwhile.append(RepeatedSteps(among, one.every, one.varies, one.burst or usual))
-    return ActivitySteps(items, tuple(meanwhile))
+    return ActivitySteps(items, tuple(meanwhile), activity.usual_rest)
 
 
 def _parse_items(
     do: Sequence[str | StepGroup], where: Sequence[str], places: Places,
+    uses: Mapping[str, UsualUse],
     postures: set[str | None], name: str, varies: Spread | None,
     among: bool = False, timed: bool = False,
 ) -> tuple[tuple[ActivityStep | ParsedGroup, ...], set[str | None]]:  # fmt: skip
@@ -331,7 +416,7 @@ def _parse_items(
     ends: set[str | None] = set()
     for number, (one, at) in enumerate(zip(do, where, strict=True)):
         if isinstance(one, str):
-            step = parse_step(one, at, places, varies)
+            step = parse_step(one, at, places, uses, varies)
             _check_posture(step, postures)
             if timed:
                 _check_stays(step)
@@ -343,7 +428,7 @@ def _parse_items(
             path = f"{name}.{number}" if name else str(number)
             spread, later = one.varies or varies, timed or one.share is not None
             parts, after = _parse_items(
-                one.do, one.where, places, postures, path, spread, bool(one.weights), later
+                one.do, one.where, places, uses, postures, path, spread, bool(one.weights), later
             )
             items.append(ParsedGroup(path, one, parts))
             if one.share is not None:

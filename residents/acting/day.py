@@ -168,10 +168,13 @@ def _plan_of_day(
     found = []
     for segment in inside:
         since = int(segment.start // DAY)
-        purpose = f"acting {segment.start - since * DAY:.3f}"
+        at = f"{segment.start - since * DAY:.3f}"
         moved = replace(segment, start=segment.start - day * DAY, end=segment.end - day * DAY)
-        stream = draws.stream(person, since, purpose)
-        found.append(PlannedActivity(moved, stream, _draw_steps(segment, activities, draws)))
+        acting, durations, rests = (
+            draws.stream(person, since, f"{what} {at}") for what in ("acting", "durations", "rests")
+        )
+        drawn = _draw_steps(segment, activities, draws)
+        found.append(PlannedActivity(moved, acting, durations, rests, drawn))
     return found
 
 
@@ -217,7 +220,8 @@ def _restore_home(
                 home.lamps[home.places.lamps[step.name].object] = step.on
             elif step.word in ("open", "close"):
                 door = home.places.doors[step.name]
-                home.openings[door.name] = door.open if step.word == "open" else door.closed
+                is_left_open = step.word == "open" and step.lasts is None
+                home.openings[door.name] = door.open if is_left_open else door.closed
             elif step.word == "put":
                 home.things[step.name] = step.at
 

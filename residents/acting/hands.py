@@ -5,13 +5,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 
 from ...sensor_logic.model import Array
 from ..body.moves import shifted
-from ..body.poses import carrying, drinking, reaching
+from ..body.poses import carrying, drinking, reaching, swaying
 from ..body.turns import ease
 from ..routine.timetable import Stream
 from .actor import Actor
@@ -20,24 +21,55 @@ from .path_search import yaw_to
 from .places import Door, Place
 from .timeline import LYING, SITTING, Gesture, Hold
 
-# Working hands stay at a spot for SPOT_TIME s (median, log-normal spread) and take MOVE_TIME s to
-# the next spot. Spots are up to WIDE m to the sides and DEEP m towards the body.
-SPOT_TIME, MOVE_TIME, WIDE, DEEP = (2.5, 1.0), 0.7, 0.18, 0.08
+
+@dataclass(frozen=True)
+class Work:
+    """How hands move at a kind of work. All numbers are assumed.
+
+    Attributes
+    ----------
+    spot_time : tuple of float
+        How long the hands stay at a spot, s: median and log-normal spread.
+    wide, deep : float
+        How far spots are to the sides, and towards the body, m.
+    rub : float
+        How far each hand goes to and fro at a spot, m.
+    rate : float
+        How often a hand does that, rad/s.
+    """
+
+    spot_time: tuple[float, float]
+    wide: float
+    deep: float
+    rub: float
+    rate: float
+
+
+# At a stove or counter, hands change the spot; at a basin they rub each other; at a desk they type
+# or write, and reach for a thing now and then.
+AT_COUNTER = Work((2.5, 1.0), 0.18, 0.08, 0.020, 7.0)
+AT_BASIN = Work((3.5, 0.8), 0.07, 0.05, 0.035, 9.0)
+AT_DESK = Work((6.0, 1.0), 0.15, 0.06, 0.008, 12.0)
+# The time that hands take to the next spot, s.
+MOVE_TIME = 0.7
 # How far a hand follows a leaf: rad, by the side of the door (see `Door.side`); m if it slides.
 FOLLOWS = {1.0: 0.73, -1.0: 0.49}
 SLIDES_ALONG = 0.6
 GRIP = 0.05  # from the handle's point in the leaf to the hand, m
+# A leaf that is open for less than this is held all the time, and opened the less the shorter, s.
+BRIEF = 5.0
 # Durations of a hand's way to a point, of the movement of a leaf, and of drinking, s.
 REACH, SWING, DRINK = 0.6, 1.7, 3.6
 
 
 def working_hands(
-    point: Array, yaw: float, began: float, seconds: float, stream: Stream
-) -> Callable[[float, Array], Array]:
-    """Return a function that gives the positions of a hand at work.
+    point: Array, yaw: float, began: float, seconds: float, stream: Stream, work: Work
+) -> tuple[Callable[[float, Array], Array], Callable[[Array], Array]]:
+    """Return functions that give the positions of a hand at work, and how far aside both are.
 
-    The function takes a sign (+1 for the left hand, −1 for the right one) and times (n,) in s. It
-    returns the hand's positions (n, 3). The hands move between random points around `point`.
+    The first function takes a sign (+1 for the left hand, −1 for the right one) and times (n,) in
+    s, and returns the hand's positions (n, 3). The second takes times and returns how far the spot
+    is to the left (n,), m. The hands move between random points around `point`.
 
     Parameters
     ----------
@@ -49,24 +81,27 @@ def working_hands(
         Start and duration of the work, s.
     stream : Stream
         Source of the random numbers.
+    work : Work
+        The kind of work.
     """
     across = np.array([-math.sin(yaw), math.cos(yaw), 0.0])
     nearer = -np.array([math.cos(yaw), math.sin(yaw), 0.0])
-    begins, spots = _random_offsets(seconds, stream)
-    spots = spots @ np.stack([across, nearer])
+    begins, offsets = _random_offsets(seconds, stream, work)
+    basis = np.stack([across, nearer])
 
-    def hand(sign: float, times: Array) -> Array:
+    def offset(times: Array) -> Array:
         since = times - began
         index = np.searchsorted(begins, since, side="right") - 1
         share = ease((since - begins[index]) / MOVE_TIME)[:, None]
-        spot = spots[index] + (spots[index + 1] - spots[index]) * share
-        rub = np.stack(
-            [0.02 * np.sin(7 * since), 0 * since, 0.012 * np.sin(5.1 * since + sign)], -1
-        )
-        moved: Array = spot + point + sign * (0.045 * across + rub)
+        moved: Array = offsets[index] + (offsets[index + 1] - offsets[index]) * share
         return moved
 
-    return hand
+    def hand(sign: float, times: Array) -> Array:
+        turned = work.rate * (times - began)
+        rub = np.stack([np.sin(turned), 0 * turned, 0.6 * np.sin(0.73 * turned + sign)], -1)
+        return offset(times) @ basis + point + sign * (0.045 * across + work.rub * rub)
+
+    return hand, lambda times: offset(times)[:, 0]
 
 
 def hand_on_handle(
@@ -101,16 +136,16 @@ def hand_on_handle(
     return grip
 
 
-def _random_offsets(seconds: float, stream: Stream) -> tuple[Array, Array]:
+def _random_offsets(seconds: float, stream: Stream, work: Work) -> tuple[Array, Array]:
     """Draw random positions of working hands, as offsets (to the left, towards the body) in m.
 
     Return two arrays: the times (n,) at which the hands move on, in s from 0, and the offsets (n +
     1, 2).
     """
     begins, spots = [0.0], [(0.0, 0.0), (0.0, 0.0)]
-    while (after := begins[-1] + max(stream.log_normal(*SPOT_TIME), MOVE_TIME)) < seconds:
+    while (after := begins[-1] + max(stream.log_normal(*work.spot_time), MOVE_TIME)) < seconds:
         begins.append(after)
-        spots.append((WIDE * (2 * stream.uniform() - 1), DEEP * stream.uniform()))
+        spots.append((work.wide * (2 * stream.uniform() - 1), work.deep * stream.uniform()))
     return np.array(begins), np.array(spots)
 
 
@@ -182,13 +217,16 @@ class Hands:
         self.actor.stay_until(self.actor.now + 1.85)
         return at
 
-    def work(self, point: Array, seconds: float, stream: Stream) -> None:
+    def work(self, point: Array, seconds: float, stream: Stream, work: Work = AT_COUNTER) -> None:
         """Work with both hands around a point (3,), as in cooking; a cat makes small movements."""
         body, rise = self.actor.body, min(0.8, seconds / 2)
         if self.actor.build.is_cat:
             body.add_gesture(seconds, rise, rise, shifted)
         else:
-            hand = working_hands(point, float(body.pose.heading[0]), body.now, seconds, stream)
+            yaw = float(body.pose.heading[0])
+            hand, aside = working_hands(point, yaw, body.now, seconds, stream, work)
+            if self.actor.posture != LYING:
+                body.add_gesture(seconds, rise, rise, lambda pose, t, w: swaying(pose, aside(t), w))
             for side, sign in ((0, 1.0), (1, -1.0)):
                 if side not in self._full:
                     self.move_hand(side, partial(hand, sign), seconds, rise, rise)
@@ -249,6 +287,44 @@ class Hands:
         else:
             self.move_hand(hand, grip, 1.7, most=0.25, begins=end - 1.15 - actor.now)
             actor.stay_until(end + 0.55)
+
+    def look_into(self, door: Door, seconds: float, stream: Stream) -> None:
+        """Open a leaf, take or look for something behind it, and shut it, all in `seconds` s."""
+        closed, middle = door.closed, door.middle
+        inside = np.array([*middle, door.handle_at(closed)[2]])
+        if seconds >= BRIEF:
+            was_open = abs(self.home.opening(door) - closed) > 0.02
+            began = self.actor.now + REACH
+            if not was_open:
+                self.move_leaf(door, door.open)
+            # Shutting takes the last part of the time.
+            left = began + seconds - SWING - 0.1 - self.actor.now
+            self.work(inside, max(left, 0.5), stream)
+            self.move_leaf(door, closed)
+            return
+        actor, hand = self.actor, self.free_hand_for(door.handle_at(closed))
+        swing = min(SWING, 0.4 * seconds)
+        start = actor.now + REACH
+        end = start + seconds
+        before = self.home.opening(door)
+        after = closed + (door.open - closed) * seconds / BRIEF
+        opens = hand_on_handle(door, actor.position, (before, after), start, swing)
+        shuts = hand_on_handle(door, actor.position, (after, closed), end - swing, swing)
+        self.home.record_swing(door, start, start + swing, after, actor.name)
+        self.home.record_swing(door, end - swing, end, closed, actor.name)
+
+        def grip(times: Array) -> Array:
+            is_shutting = (times > end - swing)[:, None]
+            held: Array = np.where(is_shutting, shuts(times), opens(times))
+            return held
+
+        self.move_hand(hand, grip, seconds + REACH + 0.4, fall=0.4, most=0.25)
+        if 1 - hand not in self._full:
+            reach = min(REACH, 0.4 * seconds)
+            self.move_hand(
+                1 - hand, lambda _t: inside, seconds, reach, reach, 0.5, start + 0.3 - actor.now
+            )
+        actor.stay_until(end + 0.45)
 
 
 def sip_gesture(began: float) -> Gesture:

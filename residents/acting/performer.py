@@ -12,17 +12,17 @@ from ...sensor_logic.model import Array
 from ..body.skeleton import Build
 from ..routine.routine import DAY, Segment
 from ..routine.timetable import Stream
-from .activity_steps import POSTURES, ActivityStep, ActivitySteps, DrawnSteps, RepeatedSteps
+from .activity_steps import POSTURES, USUAL, ActivityStep, ActivitySteps, DrawnSteps, RepeatedSteps
 from .actor import LOOK, Actor
 from .floor_map import Spot
-from .hands import Hands
+from .hands import AT_BASIN, AT_COUNTER, AT_DESK, Hands
 from .home_in_use import HomeInUse
 from .navigator import ActivityAbandoned, Navigator, Process
-from .places import Door, Place
+from .places import TAP, Door, Place
 from .timeline import AWAY, LYING, SITTING, STANDING, ActedActivity, Use
 
-# Default duration of a step, and duration of a step that comes too late, s.
-USUAL, LATE = 10.0, 5.0
+# Duration of a step that comes too late, s.
+LATE = 5.0
 # Pause between two movements of a burst, s, and size of small movements: median and log-normal
 # spread. LARGEST limits the size.
 PAUSE, SIZE, LARGEST = (1.2, 1.0), (1.3, 0.5), 2.2
@@ -42,14 +42,16 @@ class PlannedActivity:
     ----------
     segment : Segment
         The activity and its times, s since the day's midnight.
-    stream : Stream
-        Random numbers for the movements.
+    stream, durations, rests : Stream
+        Random numbers for the movements, for how long steps take, and for how somebody rests.
     drawn : DrawnSteps or None
         The drawn steps; None for an activity without steps.
     """
 
     segment: Segment
     stream: Stream
+    durations: Stream
+    rests: Stream
     drawn: DrawnSteps | None
 
 
@@ -85,6 +87,7 @@ class Performer:
         self.done: list[ActedActivity] = []
         # The present activity and its start.
         self._current: tuple[str, float] | None = None
+        self._durations: Stream | None = None  # the random numbers of its steps' durations
         self._exit: Door | None = None  # the door by which the person left
 
     def start_at(self, place: Place, posture: str) -> None:
@@ -116,7 +119,7 @@ class Performer:
             if self.actor.now >= DAY:
                 break
             self._begin_activity(segment.activity)
-            self.navigator.deadline = segment.end
+            self.navigator.deadline, self._durations = segment.end, planned.durations
             try:
                 if planned.drawn is not None:
                     yield from self._perform(planned.drawn, planned)
@@ -159,10 +162,11 @@ class Performer:
 
     def _perform_later(self, drawn: DrawnSteps, planned: PlannedActivity) -> Process:
         """Perform what an activity has at certain times and again and again, until it ends."""
-        segment, stream = planned.segment, planned.stream
-        meanwhile = self.activities[segment.activity].meanwhile
+        segment, activity_steps = planned.segment, self.activities[planned.segment.activity]
+        meanwhile = [(one, planned.stream) for one in activity_steps.meanwhile]
+        meanwhile += [(one, planned.rests) for one in activity_steps.rests(drawn.posture)]
         times = []
-        for number, one in enumerate(meanwhile):
+        for number, (one, stream) in enumerate(meanwhile):
             rest = one.every * one.burst
             # The activity can begin in the middle of a rest.
             time = segment.start + stream.uniform() * stream.log_normal(rest, one.varies)
@@ -184,13 +188,13 @@ class Performer:
             yield
             posture, place = self.actor.posture, self.actor.place
             if repeated:
-                yield from self._burst(meanwhile[number], stream)
+                yield from self._burst(*meanwhile[number])
             else:
                 for step in drawn.timed[number - len(meanwhile)][1]:
-                    yield from self._perform_step(step, False, stream)
+                    yield from self._perform_step(step, False, planned.stream)
                     yield
             if settled is not None and (posture, place) != (self.actor.posture, self.actor.place):
-                yield from self._perform_step(settled, True, stream)
+                yield from self._perform_step(settled, True, planned.stream)
 
     @property
     def _is_over(self) -> bool:
@@ -216,10 +220,11 @@ class Performer:
             yield from self._take_posture(step, place)
             lasts = step.lasts
             if lasts is None:
-                lasts = USUAL if step.word == "use" or (not last and step.word != "go") else 0.0
-            lasts = self._cut_to_activity(lasts)
+                lasts = 0.0 if last or step.word == "go" else USUAL
+            lasts = self._drawn_duration(step, lasts)
             if step.word == "use":
-                self.hands.work(place.target, lasts, stream)
+                work = AT_BASIN if place.use == TAP else AT_COUNTER
+                self.hands.work(place.target, lasts, stream, work)
                 use = Use(self.actor.now - lasts, self.actor.now, self.actor.name, place.name)
                 self.home.uses.append(use)
             else:
@@ -227,7 +232,7 @@ class Performer:
         elif step.word == "leave":
             yield from self._leave(step)
         elif step.word in ("open", "close"):
-            yield from self._open_or_close(step)
+            yield from self._open_or_close(step, stream)
         elif step.word == "switch":
             yield from self._switch(step)
         elif step.word in ("take", "put"):
@@ -237,6 +242,12 @@ class Performer:
         else:
             self._move_a_little(step, stream)
 
+    def _drawn_duration(self, step: ActivityStep, median: float) -> float:
+        """Draw how long a step takes, s, but not longer than its activity."""
+        if step.varies is not None and median and self._durations is not None:
+            median = self._durations.log_normal(median, step.varies)
+        return self._cut_to_activity(median)
+
     def _cut_to_activity(self, seconds: float) -> float:
         """Return a duration, or the time until the activity ends if that is shorter, s."""
         return min(seconds, max(self.navigator.deadline - self.actor.now, LATE))
@@ -244,7 +255,7 @@ class Performer:
     def _move_a_little(self, step: ActivityStep, stream: Stream) -> None:
         """Perform a step that needs no walking: a small movement, a touch or a wait."""
         if step.word == "wait":
-            self.actor.stay_until(self.actor.now + self._cut_to_activity(step.lasts or 0.0))
+            self.actor.stay_until(self.actor.now + self._drawn_duration(step, step.lasts or 0.0))
         elif step.word == "turn over":
             seated = self.actor.seated
             now = 0 if seated is None else seated.side
@@ -253,19 +264,25 @@ class Performer:
         elif step.word == "shift":
             self.actor.shift(min(stream.log_normal(*SIZE), LARGEST))
         elif step.word == "look around":
-            self.actor.look_around(step.lasts or LOOK)
+            self.actor.look_around(self._drawn_duration(step, step.lasts or LOOK))
         else:
-            self._reach(step, self.home.places.places[step.name].target)
+            self._reach(step, self.home.places.places[step.name].target, stream)
 
-    def _reach(self, step: ActivityStep, point: Array) -> None:
-        """Touch a point (3,); raise `InputError` if it is too far away."""
+    def _reach(self, step: ActivityStep, point: Array, stream: Stream) -> None:
+        """Touch a point (3,), or work there; raise `InputError` if it is too far away."""
         off = self._distance_to(point)
         if off > 2 * ARM_WAY:
             name, place = self.actor.name, self.actor.last_place
             raise step.error(
                 f'it is {off:.1f} m away from {name!r} at {place!r}; add a step "go" before it'
             )
-        self.hands.touch(point)
+        if step.lasts is None:
+            self.hands.touch(point)
+            return
+        work = AT_DESK if self.actor.posture == SITTING else AT_COUNTER
+        began = self.actor.now
+        self.hands.work(point, self._drawn_duration(step, step.lasts), stream, work)
+        self.home.uses.append(Use(began, self.actor.now, self.actor.name, step.name))
 
     def _take_posture(self, step: ActivityStep, place: Place) -> Process:
         posture = POSTURES[step.word]
@@ -328,13 +345,16 @@ class Performer:
             at = self.hands.touch(lamp.at)
         self.home.record_switch(lamp.object, step.on, at, self.actor.name)
 
-    def _open_or_close(self, step: ActivityStep) -> Process:
+    def _open_or_close(self, step: ActivityStep, stream: Stream) -> Process:
         door = self.home.places.doors[step.name]
         after = door.open if step.word == "open" else door.closed
-        if abs(self.home.opening(door) - after) < 0.02:
+        if step.lasts is None and abs(self.home.opening(door) - after) < 0.02:
             return
         yield from self.navigator.go_to_leaf(step, door)
-        self.hands.move_leaf(door, after)
+        if step.lasts is None:
+            self.hands.move_leaf(door, after)
+        else:
+            self.hands.look_into(door, self._drawn_duration(step, step.lasts), stream)
         self.home.occupy(door, self.actor, self.actor.now)
 
     # Leaving and coming home.

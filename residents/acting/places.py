@@ -18,9 +18,13 @@ from .path_search import Floor
 
 STAND, SIT, LIE, USE = "STAND", "SIT", "LIE", "USE"
 DOOR, LAMP, TAP, APPLIANCE = "DOOR", "LAMP", "TAP", "APPLIANCE"
-DRAWER, CURTAIN = "DRAWER", "CURTAIN"
+DRAWER, CURTAIN, CUPBOARD = "DRAWER", "CURTAIN", "CUPBOARD"
 # Leaves that a hand moves; residents only walk through a DOOR.
-MOVED = (DOOR, DRAWER, CURTAIN)
+MOVED = (DOOR, DRAWER, CURTAIN, CUPBOARD)
+# Parts of furniture, in which there is no floor.
+INSIDE = (DRAWER, CUPBOARD)
+# Leaves that turn or slide along their width.
+LEAVES = (DOOR, CURTAIN, CUPBOARD)
 # Half of the width that an adult needs, m.
 BODY_M = 0.25
 

@@ -153,10 +153,12 @@ class RoutePlanner:
     def spot_for_leaf(self, step: ActivityStep, door: Door) -> Spot:
         """Return where the person stands to move a door leaf; raise `InputError` without room."""
         place = self.home.places.places.get(door.name)
-        if place is not None:
+        if place is not None and door.slides:
             return Spot(place.at[:2], place.yaw)
         both = (self.home.floor_map.spot(door, side, self.radius) for side in (1.0, -1.0))
         spots = [spot for spot in both if spot is not None]
+        if not spots and place is not None:
+            return Spot(place.at[:2], place.yaw)
         if not spots:
             raise step.error("there is no room to stand before it")
 

@@ -28,7 +28,11 @@ BITS = {
          "parquet")
     )
 }  # fmt: skip
-FORMAT_ITEMS = [(name, name, FORMATS[name].tip, "NONE", bit) for name, bit in BITS.items()]
+FORMAT_ITEMS = [
+    (name, name, FORMATS[name].tip, "NONE", bit)
+    for name, bit in BITS.items()
+    if FORMATS[name].is_installed
+]
 
 
 class AngenSite(PropertyGroup):

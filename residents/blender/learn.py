@@ -158,8 +158,8 @@ def _routine_text(
         if like is None and name != OTHER:
             unknown.append(name)
             said[name] += f"\n{UNSAID}"
-        steps = (like.do, like.meanwhile) if like else (NO_STEPS, ())
-        found[name] = RoutineActivity(name, *steps, labels)
+        steps = like or RoutineActivity(name, NO_STEPS)
+        found[name] = replace(steps, name=name, labels=labels)
     if unknown and home:
         note(
             f"{options.routine} has no activity for {named(unknown, len(unknown))}: add what is "
@@ -172,7 +172,8 @@ def _routine_text(
         f"Habits of {plural(days, 'day')}, learnt by `angen learn` from {options.activities.name}.",
         "docs/residents.md tells what each word means.",
     ]
-    return routine_text(replace(routine, activities=found), about, said)
+    uses = home.uses if home else {}
+    return routine_text(replace(routine, activities=found, uses=uses), about, said)
 
 
 def _by_word(known: Iterable[RoutineActivity]) -> dict[str, RoutineActivity]:

@@ -22,11 +22,14 @@ from ...sensor_logic.logs.error import AngenError
 from ...sensor_logic.model import Array
 from ...sensor_logic.progress import finished
 from ..acting import places as known
-from ..acting.places import CURTAIN, DOOR, DRAWER, LIE, SIT, Door
+from ..acting.places import CUPBOARD, CURTAIN, DRAWER, LEAVES, LIE, SIT, Door
 from .settings import is_resident
 
 # Uses whose objects face a direction.
-FACING = (known.STAND, known.SIT, known.LIE, known.USE, known.TAP, known.APPLIANCE, known.DRAWER)
+FACING = (
+    known.STAND, known.SIT, known.LIE, known.USE, known.TAP, known.APPLIANCE, known.DRAWER,
+    known.CUPBOARD,
+)  # fmt: skip
 
 
 def facing_of(obj: Any, matrix: Any) -> Array:
@@ -297,11 +300,13 @@ ENOUGH_M, LOW_M = 1.0, 1.3
 def guess(obj: Any, depsgraph: Any) -> None:
     """Guess the settings of an object's mark: where it faces, or how far a door opens."""
     mark = obj.angen_place
-    if mark.use in (DOOR, CURTAIN):
+    if mark.use in LEAVES:
         try:
             leaf, _ = leaf_of(obj)
         except AngenError:
             return
+        if mark.use == CUPBOARD:
+            _guess_front(obj, leaf, depsgraph)
         keyed = leaf.opening
         if keyed is not None and keyed.pivot and keyed.turn:
             mark.angle = abs(keyed.turn)
@@ -316,6 +321,25 @@ def guess(obj: Any, depsgraph: Any) -> None:
         look = _guess_facing(home, marked, mark.use)
         if look is not None:
             set_facing(obj, marked.matrix, look)
+
+
+def _guess_front(obj: Any, leaf: Leaf, depsgraph: Any) -> None:
+    """Guess the side of a cupboard's leaf on which people stand: the side with more room.
+
+    Without keyframes, the leaf opens to this side.
+    """
+    home = EvaluatedHome(depsgraph)
+    try:
+        marked = MarkedObject(home, obj)
+    except NotPlaced:
+        return
+    out = np.array(leaf.out)[:2] / max(math.hypot(*leaf.out.xy), 1e-9)
+    if leaf.opening is None and _free_distance(home, marked, -out) > _free_distance(
+        home, marked, out
+    ):
+        obj.angen_place.other_side = not obj.angen_place.other_side
+        out = -out
+    set_facing(obj, marked.matrix, -out)
 
 
 def _guess_facing(home: EvaluatedHome, marked: MarkedObject, use: str) -> Array | None:
@@ -399,10 +423,17 @@ USES = [
     ),
     (known.DRAWER, "Drawer", "Residents pull it out and push it in", "REMOVE", 9),
     (known.CURTAIN, "Curtain", "Residents draw it aside along its width", "MOD_OPACITY", 10),
+    (
+        known.CUPBOARD,
+        "Cupboard",
+        "Leaf of a cupboard, which residents open, but do not pass",
+        "MESH_PLANE",
+        11,
+    ),
 ]
 LABELS = {identifier: label for identifier, label, *_ in USES}
 # Uses for which a person stands at a distance.
-WITH_DISTANCE = (known.USE, known.TAP, known.APPLIANCE, known.DRAWER)
+WITH_DISTANCE = (known.USE, known.TAP, known.APPLIANCE, known.DRAWER, known.CUPBOARD)
 
 
 def _use_changed(self: Any, context: Context) -> None:

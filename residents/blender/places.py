@@ -17,7 +17,7 @@ from ...sensor_logic.logs.error import AngenError, InputError
 from ...sensor_logic.logs.wording import named
 from ...sensor_logic.model import Array
 from ...sensor_logic.progress import Doing, Work, finished, part_of, saying
-from ..acting.places import DOOR, LAMP, MOVED, STAND, Door, LampPlace, Place, Places
+from ..acting.places import DOOR, INSIDE, LAMP, MOVED, STAND, Door, LampPlace, Place, Places
 from .lamps import lamp_of
 from .marks import NONE, MarkedObject, door_of, marked
 from .standing import REACH_M, place_of, storey_index, walkable_home, walkable_storeys
@@ -76,8 +76,12 @@ class HomeMarks:
         self.marked = {name: self.marked[name] for name in anchors}
         objects = [marked.obj for marked in self.marked.values()]
         points = np.array([*anchors.values()])
-        # Lamps without a switch are left out: they hang at any height.
-        unanchored = [obj.angen_place.use == LAMP and not obj.angen_place.switch for obj in objects]
+        # Lamps without a switch are left out, because they hang at any height.
+        unanchored = [
+            obj.angen_place.use in INSIDE
+            or (obj.angen_place.use == LAMP and not obj.angen_place.switch)
+            for obj in objects
+        ]
         stood = ~np.array(unanchored) | np.all(unanchored)
         rows = [t.rows for t in self.marked.values() if t.obj.angen_place.use != STAND]
         rows = np.concatenate([np.empty(0, np.intp), *rows])

@@ -14,15 +14,16 @@ from mathutils import Matrix, Vector
 from ...angen_addon.runtime.running import is_running
 from ...angen_addon.scene import memory
 from ...angen_addon.scene.sensors import unit_scale
+from ...angen_addon.translations.dictionary import CONTEXT
 from ...angen_addon.view.overlay.settings import redraw_views
 from ...sensor_logic.logs.error import AngenError
 from ...sensor_logic.model import Array
-from ..acting.places import CURTAIN, DOOR, LAMP, LIE, SIT, STAND
+from ..acting.places import LAMP, LEAVES, LIE, SIT, STAND
 from .marks import FACING, NONE, SLIDES, facing_of, leaf_of, marked, opening_angle
 
 # Colours by use, different from the colours of sensors' states.
 REST, USED, LEAF, LIT = (0.6, 0.5, 1.0), (0.15, 0.8, 0.7), (0.3, 0.85, 0.3), (0.75, 1.0, 0.55)
-COLOURS = {SIT: REST, LIE: REST, STAND: REST, DOOR: LEAF, CURTAIN: LEAF, LAMP: LIT}
+COLOURS = {SIT: REST, LIE: REST, STAND: REST, LAMP: LIT, **dict.fromkeys(LEAVES, LEAF)}
 # m: length of an arrow, of the arrow along a bed, and of its head; height above the object.
 LONG_M, BED_M, HEAD_M, ABOVE_M = 0.45, 0.9, 0.12, 0.04
 # Segments of a door's swing.
@@ -36,7 +37,7 @@ def lines(obj: Any, metres: float) -> Array:
     `metres` is the length of a Blender unit, m.
     """
     mark = obj.angen_place
-    if mark.use in (DOOR, CURTAIN):
+    if mark.use in LEAVES:
         return _door_lines(obj, metres)
     if mark.use == LAMP:
         return _lamp(obj)
@@ -103,7 +104,7 @@ def _signature(obj: Any) -> tuple[Any, ...]:
     A leaf with keyframes is drawn shut, so its present matrix is left out.
     """
     mark, keyed = obj.angen_place, obj.animation_data is not None and obj.animation_data.action
-    at = obj.matrix_world if not (keyed and mark.use in (DOOR, CURTAIN)) else Matrix()
+    at = obj.matrix_world if not (keyed and mark.use in LEAVES) else Matrix()
     switch = mark.switch.matrix_world.translation[:] if mark.switch else ()
     values = mark.use, mark.facing, mark.motion, mark.other_side, mark.angle, mark.slide, switch
     return obj.session_uid, *(value for row in at for value in row), *values
@@ -173,6 +174,7 @@ _handles: list[Any] = []
 
 def register() -> None:
     bpy.types.Scene.angen_show_places = BoolProperty(
+        translation_context=CONTEXT,
         name="Show Places",
         description="Draw arrows for all marked places of residents, and how doors swing. If off, "
         "draw them only for selected objects. Switching off Show in View hides them "

@@ -38,6 +38,9 @@ LEAN_BACK = 0.20
 PELVIS_OVER_BED = 0.118
 PELVIS_ON_SIDE = 0.195
 _LYING_LEG = 0.806  # from the hips to the ankles while lying
+# Of somebody whose hands work to one side: the part of it by which the hips move along, and the
+# distance of the hands for which the trunk turns to them, m: twice that of the hands. Assumed.
+SWAY_HIPS, SWAY_TURN = 0.25, 0.9
 _Z = np.array([0.0, 0.0, 1.0])
 
 
@@ -109,6 +112,26 @@ def shifted(pose: BodyPose, _times: Array, weight: Array) -> BodyPose:
     return replace(pose, pelvis=pose.pelvis + aside * w, turn=turn,
                    spine=pose.spine + w * (-0.10, 0.04, -0.06),
                    look=pose.look + w * (0.0, 0.08, 0.3))  # fmt: skip
+
+
+def swaying(pose: BodyPose, aside: Array, weight: Array) -> BodyPose:
+    """Return the poses of somebody at work, with the trunk turned to the side of the hands.
+
+    Parameters
+    ----------
+    pose : BodyPose
+        The poses at n times.
+    aside : array, shape (n,)
+        How far the hands are to the left of where the person looks, m. The hips move along by a
+        part of it, and the trunk turns about half-way to the hands.
+    weight : array, shape (n,)
+        0 for the pose without a change, 1 for the whole movement.
+    """
+    far = weight * aside
+    left = rotated(rotation_z(pose.heading), np.array((0.0, 1.0, 0.0)))
+    turn = np.arctan2(far, SWAY_TURN)
+    return replace(pose, pelvis=pose.pelvis + SWAY_HIPS * far[:, None] * left,
+                   spine=pose.spine + turn[:, None] * (0.0, 0.0, 1.0))  # fmt: skip
 
 
 def lying(seated: BodyPose, bed: Array, yaw: float, side: int = 0) -> BodyPose:

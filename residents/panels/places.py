@@ -20,7 +20,7 @@ from ...angen_addon.appearance.panel_parts import (
     has_name_column,
 )
 from ...angen_addon.scene.instances import is_sensor
-from ..acting.places import DOOR, DRAWER, LAMP, MOVED
+from ..acting.places import CUPBOARD, DOOR, DRAWER, LAMP, MOVED
 from ..blender.marks import FACING, NONE, WITH_DISTANCE, describe_leaf, marked
 from ..operators import places
 
@@ -49,10 +49,10 @@ def draw_place(layout: Any, context: Context) -> None:
 
 
 def _draw_moved(layout: Any, column: Any, context: Context) -> None:
-    """Draw the settings and a line on how a door, drawer or curtain opens."""
+    """Draw the settings of a leaf or drawer, and a line on how it opens."""
     mark = context.object.angen_place
     text, slides = describe_leaf(context.object) if mark.use != DRAWER else ("", True)
-    if mark.use == DOOR:
+    if mark.use in (DOOR, CUPBOARD):
         column.prop(mark, "motion")
     if slides:
         draw_property(column, context.scene, mark, "slide", "Slides By", "m")

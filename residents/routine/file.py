@@ -39,6 +39,7 @@ from .routine import (
     RoutineActivity,
     Spread,
     StepGroup,
+    UsualUse,
     seconds,
     time_of_day,
 )
@@ -149,6 +150,7 @@ def read(content: str, name: str) -> Routine:
         tuple(_filler(table, persons, known) for table in top.tables("filler")),
         tuple(_interruption(table, persons, known) for table in top.tables("interruption")),
         tuple(_absence(table, persons) for table in top.tables("absence")),
+        {name: _use(table) for name, table in top.named("uses")},
     )
     top.finish()
     check(found)
@@ -172,7 +174,9 @@ def _activity(name: str, table: TomlTable) -> RoutineActivity:
     if not do:
         raise table.error("an activity must have at least one step", "do")
     table.finish()
-    return RoutineActivity(name, do, tuple(meanwhile), labels, where)
+    return RoutineActivity(
+        name, do, tuple(meanwhile), labels, where, usual_rest="while" not in table.values
+    )
 
 
 def _steps(
@@ -222,6 +226,14 @@ def _group(table: TomlTable, within: bool) -> StepGroup:
     return StepGroup(
         do, where, weights if among else (), daily, chance, times, any_order, varies, share
     )
+
+
+def _use(table: TomlTable) -> UsualUse:
+    lasts, varies = table.take("lasts", _positive, None), table.take("varies", _spread, None)
+    if not {"lasts", "varies"}.intersection(table.values):
+        raise table.error("give 'lasts', 'varies' or both")
+    table.finish()
+    return UsualUse(lasts, varies, table.where())
 
 
 def _person(name: str, table: TomlTable, activities: set[str]) -> Person:

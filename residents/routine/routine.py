@@ -66,6 +66,25 @@ class Meanwhile:
 
 
 @dataclass(frozen=True)
+class UsualUse:
+    """How long each use of a place, or of what a leaf shuts, lasts.
+
+    Attributes
+    ----------
+    lasts : float or None
+        The median of a step that does not say its duration, s; None for the default.
+    varies : Spread or None
+        The spread of the log-normally distributed durations; None for the default.
+    where : str
+        The position in the file.
+    """
+
+    lasts: float | None
+    varies: Spread | None
+    where: str
+
+
+@dataclass(frozen=True)
 class StepGroup:
     """Steps of an activity that are not the same each time.
 
@@ -121,6 +140,9 @@ class RoutineActivity:
         Its name in each of several public data sets.
     where : tuple of str
         The position of each step in the file.
+    usual_rest : bool
+        Whether somebody who sits or lies then moves as people do who rest, rather than only as
+        `meanwhile` says.
     """
 
     name: str
@@ -128,6 +150,7 @@ class RoutineActivity:
     meanwhile: tuple[Meanwhile, ...] = ()
     labels: Mapping[str, str] = field(default_factory=dict)
     where: tuple[str, ...] = ()
+    usual_rest: bool = True
 
 
 @dataclass(frozen=True)
@@ -325,7 +348,7 @@ class Person:
 
 @dataclass(frozen=True)
 class Routine:
-    """All persons, activities and rules of a routine."""
+    """All persons, activities and rules of a routine; `uses` by the names of places and leaves."""
 
     persons: Mapping[str, Person]
     activities: Mapping[str, RoutineActivity]
@@ -333,6 +356,7 @@ class Routine:
     fillers: tuple[Filler, ...]
     interruptions: tuple[Interruption, ...]
     absences: tuple[Absence, ...]
+    uses: Mapping[str, UsualUse] = field(default_factory=dict)
 
     def done(self) -> Iterator[tuple[str, str]]:
         """Yield each person with each activity that the person may do, by their names."""

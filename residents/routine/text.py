@@ -22,6 +22,7 @@ from .routine import (
     Segment,
     Spread,
     StepGroup,
+    UsualUse,
 )
 from .timetable import COLUMNS
 
@@ -47,6 +48,8 @@ def routine_text(routine: Routine, about: Sequence[str], said: Mapping[str, str]
     lines += ["schema = 1"]
     for person in routine.persons.values():
         lines += ["", *_person(person)]
+    if routine.uses:
+        lines += ["", "[uses]", *(_use(name, use) for name, use in routine.uses.items())]
     for activity in routine.activities.values():
         if activity.name in said:
             lines += ["", *(f"# {line}" for line in said[activity.name].split("\n"))]
@@ -85,6 +88,18 @@ def _person(person: Person) -> Iterator[str]:
     yield f"begins = {_text(person.begins)}"
 
 
+def _use(name: str, use: UsualUse) -> str:
+    """Return the line of a table [uses] for a place or leaf."""
+    keys = [f'lasts = "{duration(use.lasts)}"'] if use.lasts is not None else []
+    keys += [f"varies = {_spread(use.varies)}"] if use.varies is not None else []
+    return f"{_key(name)} = {{ {', '.join(keys)} }}"
+
+
+def _spread(varies: Spread) -> str:
+    below, above = varies
+    return f"{below:g}" if below == above else f"[{below:g}, {above:g}]"
+
+
 def _activity(activity: RoutineActivity) -> Iterator[str]:
     yield f"[activity.{_key(activity.name)}]"
     yield f"do = {_steps(activity.do)}"
@@ -97,6 +112,8 @@ def _activity(activity: RoutineActivity) -> Iterator[str]:
                 f"varies = {row.varies:g}{burst} }},"
             )
         yield "]"
+    elif not activity.usual_rest:
+        yield "while = []"
     if activity.labels:
         labels = (f"{_key(key)} = {_text(label)}" for key, label in activity.labels.items())
         yield f"labels = {{ {', '.join(labels)} }}"
@@ -127,8 +144,7 @@ def _group(group: StepGroup, weight: float) -> str:
     if group.any_order:
         keys.append("any_order = true")
     if group.varies is not None:
-        below, above = group.varies
-        keys.append(f"varies = {f'{below:g}' if below == above else f'[{below:g}, {above:g}]'}")
+        keys.append(f"varies = {_spread(group.varies)}")
     if group.share is not None:
         names = [name for name, share in SHARES.items() if share == group.share]
         low, high = group.share

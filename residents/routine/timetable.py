@@ -190,7 +190,8 @@ def _person_segments(
         for number, point in enumerate([*points, None]):
             # The next entry cuts an activity short, and midnight if the activity does not go on.
             cut = max(later[number].start, now) if number < len(later) else inf
-            until = (day + 1) * DAY if point is None else cut
+            # An entry just after midnight can be drawn to before it.
+            until = min((day + 1) * DAY, cut) if point is None else cut
             while now < until:
                 activity, end = _draw_filler(
                     routine, person, draws.first, day, now, until, cut, doing, times, filling

@@ -94,12 +94,14 @@ def _cabinet() -> None:
     b = MeshBuilder("oak")
     b.box((-width / 2, 0, 0.14), (width / 2, depth, height), 0.006)
     for s in (-1, 1):
-        b.box((s * 0.005, -0.012, 0.16), (s * (width / 2 - 0.012), 0, height - 0.03), 0.004,
-              "lacquer")  # fmt: skip
         b.cylinder((s * 0.36, depth / 2, 0), 0.014, 0.14, 8, "black metal", 0.02)
-        b.tube([(s * 0.04, -0.012, 0.55), (s * 0.04, -0.03, 0.55)], 0.012, 10, "brass")
     # Built facing −y; stands with its back to the wall at x = 3.7.
     cabinet = place("Hall cabinet", b, HALL, (box.x1 - 0.012, (box.y0 + box.y1) / 2, FLOOR), 90.0)
+    for s, side in ((-1, "left"), (1, "right")):
+        door, edge = MeshBuilder("lacquer"), s * (width / 2 - 0.012)
+        door.box((s * 0.005, -0.012, 0.16), (edge, 0, height - 0.03), 0.004)
+        door.tube([(s * 0.04, -0.012, 0.55), (s * 0.04, -0.03, 0.55)], 0.012, 10, "brass")
+        place(f"Hall cabinet door {side}", door, HALL, parent=cabinet, hinge=(edge, 0, 0.16))
     bowl = MeshBuilder("blue ceramic")
     bowl.lathe([(0, 0.008), (0.03, 0), (0.04, 0), (0.085, 0.04), (0.08, 0.04), (0.03, 0.012),
                 (0, 0.012)], segments=20)  # fmt: skip

@@ -16,11 +16,22 @@ CUPBOARD_FRONT = 5.66
 FRONT = 0.018  # thickness of doors and drawers
 
 
-def _front(b: MeshBuilder, x0: float, x1: float, y: float, z0: float, z1: float) -> None:
-    """Add a closed front with a bar handle near its top."""
-    b.box((x0 + 0.002, y - FRONT, z0 + 0.002), (x1 - 0.002, y, z1 - 0.002), 0.003, "kitchen front")
-    if x1 - x0 > 0.2:
-        _handle(b, (x0 + x1) / 2, y - FRONT, z1 - 0.05)
+def _front(x0: float, x1: float, z0: float, z1: float) -> MeshBuilder:
+    """Return a closed front of the base cupboards with a bar handle near its top."""
+    b, y = MeshBuilder("kitchen front"), BASE_FRONT
+    b.box((x0 + 0.002, y - FRONT, z0 + 0.002), (x1 - 0.002, y, z1 - 0.002), 0.003)
+    _handle(b, (x0 + x1) / 2, y - FRONT, z1 - 0.05)
+    return b
+
+
+def _tray(b: MeshBuilder, x0: float, x1: float, z0: float, z1: float) -> None:
+    """Add the box of a drawer behind its front; shut, it is inside the carcass."""
+    left, right, front, back = x0 + 0.02, x1 - 0.02, BASE_FRONT + 0.002, BASE_FRONT + 0.45
+    low, floor, high = z0 + 0.02, z0 + 0.03, z1 - 0.06
+    b.box((left, front, low), (right, back, floor), 0.0, "oak")
+    b.box((left, front, floor), (left + 0.012, back, high), 0.0, "oak")
+    b.box((right - 0.012, front, floor), (right, back, high), 0.0, "oak")
+    b.box((left + 0.012, back - 0.012, floor), (right - 0.012, back, high), 0.0, "oak")
 
 
 def _handle(b: MeshBuilder, x: float, y: float, z: float) -> None:
@@ -37,11 +48,15 @@ def add_base() -> None:
     for x0, x1 in ((0.0, stove[0]), (stove[1], end)):
         b.box((x0, BASE_FRONT, plinth), (x1, WALL_Y, carcass_top), 0.002)
         b.box((x0, BASE_FRONT + 0.05, FLOOR), (x1, WALL_Y, plinth), 0.0, "black plastic")
-    for x0, x1 in ((0.0, 0.6), (0.6, 1.3), (2.35, 2.86)):
-        _front(b, x0, x1, BASE_FRONT, plinth, carcass_top)
-    for z0, z1 in ((plinth, 0.45), (0.45, 0.68), (0.68, carcass_top)):
-        _front(b, 1.3, 1.75, BASE_FRONT, z0, z1)
     place("Base cupboards", b, PATH)
+    doors = ((0.0, 0.6, 0.0), (0.6, 1.3, 0.6), (2.35, 2.86, 2.86))
+    for number, (x0, x1, hinge) in enumerate(doors, 1):
+        place(f"Base cupboard door {number}", _front(x0, x1, plinth, carcass_top), PATH,
+              hinge=(hinge, BASE_FRONT, plinth))  # fmt: skip
+    for number, (z0, z1) in enumerate(((plinth, 0.45), (0.45, 0.68), (0.68, carcass_top)), 1):
+        drawer = _front(1.3, 1.75, z0, z1)
+        _tray(drawer, 1.3, 1.75, z0, z1)
+        place(f"Kitchen drawer {number}", drawer, PATH, hinge=(1.525, BASE_FRONT, z0))
     # The worktop has holes for the sink and the stove.
     t = MeshBuilder("worktop")
     y0, y1 = 5.385, WALL_Y
@@ -132,8 +147,7 @@ def add_wall_cupboards() -> None:
         s.rod((x_bar, -FRONT - 0.022, 0.05), (x_bar, -FRONT - 0.022, 0.19), 0.005, 6, "brass")
         for z in (0.065, 0.175):
             s.rod((x_bar, -FRONT, z), (x_bar, -FRONT - 0.022, z), 0.004, 6, "brass")
-        obj = place(f"Cupboard shutter {name}", s, PATH, (x, CUPBOARD_FRONT, z0))
-        obj["open_yaw"] = radians(-100.0 * way)
+        place(f"Cupboard shutter {name}", s, PATH, (x, CUPBOARD_FRONT, z0))
     dishes = MeshBuilder("ceramic")
     for x, z, count in ((0.3, z0 + t, 6), (0.65, z0 + t, 4), (1.25, z0 + t, 5)):
         for i in range(count):

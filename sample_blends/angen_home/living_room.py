@@ -86,13 +86,20 @@ def add_television() -> None:
     x, y, z = _middle("TV bench")
     b = MeshBuilder("oak")
     b.box((-0.75, -0.2, 0.13), (0.75, 0.2, 0.5), 0.006)
-    for s in (-1, 0, 1):
-        b.box((s * 0.493 - 0.235, 0.2, 0.16), (s * 0.493 + 0.235, 0.215, 0.47), 0.004,
-              "lacquer" if s else "black plastic")  # fmt: skip
+    b.box((-0.235, 0.2, 0.16), (0.235, 0.215, 0.47), 0.004, "black plastic")
     for sx in (-0.66, 0.66):
         for sy in (-0.14, 0.14):
             b.cylinder((sx, sy, 0), 0.014, 0.13, 8, "black metal", 0.02)
     bench = place("TV bench", b, PATH, (x, y, z))
+    for s, side in ((-1, "left"), (1, "right")):
+        drawer, x = MeshBuilder("lacquer"), s * 0.493
+        drawer.box((x - 0.235, 0.2, 0.16), (x + 0.235, 0.215, 0.47), 0.004)
+        # Its box, which is inside the bench.
+        drawer.box((x - 0.22, -0.16, 0.18), (x + 0.22, 0.199, 0.19), 0.0, "oak")
+        for edge in (x - 0.22, x + 0.21):
+            drawer.box((edge, -0.16, 0.19), (edge + 0.01, 0.199, 0.41), 0.0, "oak")
+        drawer.box((x - 0.21, -0.16, 0.19), (x + 0.21, -0.15, 0.41), 0.0, "oak")
+        place(f"TV bench drawer {side}", drawer, PATH, parent=bench, hinge=(x, 0.2, 0.16))
     b = MeshBuilder("black plastic")
     b.box((-0.56, -0.02, 0.07), (0.56, 0.012, 0.71), 0.006)
     b.box((-0.548, 0.012, 0.084), (0.548, 0.0135, 0.698), 0, "television")

@@ -47,6 +47,19 @@ THINGS: dict[str, tuple[str, float | None]] = {
     "Plant living room": ("USE", -45.0),
     "Curtain south": ("CURTAIN", None),
     "Curtain north": ("CURTAIN", None),
+    "Kitchen drawer 1": ("DRAWER", 90.0),
+    "Kitchen drawer 2": ("DRAWER", 90.0),
+    "Kitchen drawer 3": ("DRAWER", 90.0),
+    "TV bench drawer left": ("DRAWER", -90.0),
+    "TV bench drawer right": ("DRAWER", -90.0),
+}
+# The doors of cupboards, and the yaw (degrees) of a person who opens them. They open by 85°, and so
+# miss walls beside them.
+CUPBOARDS: dict[str, float] = {
+    **{f"Cupboard shutter {n}": 90.0 for n in range(1, 6)},
+    **{f"Base cupboard door {n}": 90.0 for n in range(1, 4)},
+    **{f"Hall cabinet door {side}": 180.0 for side in ("left", "right")},
+    **{f"Washbasin cupboard door {side}": -90.0 for side in ("left", "right")},
 }
 # Empties for uses without an object: a point (m) and a yaw (degrees).
 POINTS: dict[str, tuple[str, tuple[float, float, float], float]] = {
@@ -91,6 +104,10 @@ def add_marks() -> None:
         mark = bpy.data.objects[f"Door {name}"].angen_place
         mark.use, mark.angle = "DOOR", radians(abs(door.open_yaw - door.closed_yaw))
         mark.entrance = name == "entrance"
+    for name, yaw in CUPBOARDS.items():
+        door = bpy.data.objects[name]
+        _mark(door, "CUPBOARD", yaw)
+        door.angen_place.angle = radians(85.0)
     fridge = bpy.data.objects["Fridge door"]
     fridge.angen_place.use, fridge.angen_place.angle = "DOOR", -fridge["open_yaw"]
     # The hinge does not give the side to which the door opens; these keys do, until the story's.

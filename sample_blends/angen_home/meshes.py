@@ -318,12 +318,17 @@ def place(
     at: Vec = (0, 0, 0),
     yaw: float = 0.0,
     parent: bpy.types.Object | None = None,
+    hinge: Vec | None = None,
 ) -> bpy.types.Object:
     """Make an object of a builder, of a shared mesh or (None) an empty, and link it.
 
-    `at` and `yaw` (degrees) are in the parent's space if there is a parent.
+    `at` and `yaw` (degrees) are in the parent's space if there is a parent. With a `hinge` instead,
+    the builder's points are in the parent's space, and the hinge becomes the object's origin.
     """
     data = shape.build(name) if isinstance(shape, MeshBuilder) else shape
+    if hinge is not None:
+        at = (np.round(np.array(hinge) / GRAIN) * GRAIN).tolist()
+        data.transform(Matrix.Translation(at).inverted())
     obj = bpy.data.objects.new(name, data)
     obj.location = at
     obj.rotation_euler = (0.0, 0.0, yaw * pi / 180)

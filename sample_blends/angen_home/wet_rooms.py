@@ -64,9 +64,6 @@ def add_washbasin() -> None:
     w, d, top = box.x1 - box.x0, box.y1 - box.y0, box.z1 - FLOOR
     b = MeshBuilder("lacquer")
     b.box((-w / 2 + 0.02, 0.0, 0.2), (w / 2 - 0.02, d - 0.03, top - 0.12), 0.004)
-    for s in (-1, 1):
-        b.box((0.002 * s, d - 0.03, 0.21), ((w / 2 - 0.022) * s, d - 0.012, top - 0.125), 0.004)
-        b.rod((0.03 * s, d - 0.002, 0.45), (0.03 * s, d - 0.002, 0.58), 0.005, 6, "chrome")
     rim, deep = top, top - 0.11
     c = "ceramic"
     hole = (-w / 2 + 0.04, 0.12, w / 2 - 0.04, d - 0.035)
@@ -79,6 +76,12 @@ def add_washbasin() -> None:
     b.lathe([(0, 0), (0.02, 0), (0.02, 0.003), (0, 0.002)], (0, 0.22, deep), 14, "chrome")
     x = (box.x0 + box.x1) / 2
     basin = place("Washbasin", b, BATH, (x, box.y0, FLOOR))
+    for s, side in ((-1, "left"), (1, "right")):
+        door, edge = MeshBuilder("lacquer"), (w / 2 - 0.022) * s
+        door.box((0.002 * s, d - 0.03, 0.21), (edge, d - 0.012, top - 0.125), 0.004)
+        door.rod((0.03 * s, d - 0.002, 0.45), (0.03 * s, d - 0.002, 0.58), 0.005, 6, "chrome")
+        place(f"Washbasin cupboard door {side}", door, BATH, parent=basin,
+              hinge=(edge, d - 0.03, 0.21))  # fmt: skip
     tap = MeshBuilder("chrome")
     tap.cylinder((0, 0, 0), 0.022, 0.09, 14)
     tap.tube([(0, 0, 0.075), (0, 0.06, 0.1), (0, 0.12, 0.09), (0, 0.125, 0.07)], 0.011, 10)

@@ -11,6 +11,7 @@ from .shell import BATH_X, DEEP, LONG, WINDOW
 
 PATH, BATH = "Atelier/Furniture", "Atelier/Bath"
 TOP = 0.9
+LEAF = 0.018  # thickness of the doors of cupboards
 
 
 def mark(obj: bpy.types.Object, use: str, yaw: float | None = None) -> bpy.types.Object:
@@ -41,6 +42,20 @@ def _block(
     b = MeshBuilder(material)
     b.box((low[0] - x, low[1] - y, 0.0), (high[0] - x, high[1] - y, high[2] - low[2]), 0.008)
     return place(name, b, path, (x, y, low[2]))
+
+
+def _cupboard_door(
+    name: str, hinge: float, edge: float, y: float, z: tuple[float, float], material: str,
+    carcass: bpy.types.Object,
+) -> None:  # fmt: skip
+    """Add a door, marked, from x = `hinge` to `edge`, whose front is at `y`; it has no handle."""
+    b = MeshBuilder(material)
+    low, high = sorted((0.0, edge - hinge))
+    b.box((low, 0.0, 0.0), (high, LEAF, z[1] - z[0]), 0.0)
+    x0, y0, z0 = carcass.location
+    # The hinge is at the front, the face to which the door opens.
+    door = place(name, b, PATH, (hinge - x0, y - y0, z[0] - z0), parent=carcass)
+    mark(door, "CUPBOARD", 90.0)
 
 
 def _bed(name: str, y: float, cloth: str) -> None:
@@ -77,18 +92,26 @@ def add_sleeping() -> None:
     for seed, (x, z) in enumerate(((0.05, 0.42), (0.9, 0.82), (0.06, 0.82))):
         books(shelf, x, x + 0.6, z, 0.2, 3.25, seed + 3)
     mark(place("Bookshelf", shelf, PATH), "USE", 90.0)
-    mark(_block("Wardrobe", (7.0, 3.5, 0.0), (8.2, 4.09, 2.1), "white paint"), "USE", 90.0)
+    wardrobe = _block("Wardrobe", (7.0, 3.5 + LEAF, 0.0), (8.2, 4.09, 2.1), "white paint")
+    mark(wardrobe, "USE", 90.0)
+    for side, first, last in (("left", 7.0, 7.6), ("right", 8.2, 7.6)):
+        _cupboard_door(
+            f"Wardrobe door {side}", first, last, 3.5, (0.0, 2.1), "white paint", wardrobe
+        )
 
 
 def add_kitchen() -> None:
     """Add a line along the north wall: fridge, counter, sink, stove."""
     counter = MeshBuilder("kitchen front")
-    counter.box((2.9, 5.9, 0.08), (4.2, DEEP, TOP - 0.03), 0.0)
-    counter.box((4.8, 5.9, 0.08), (5.6, DEEP, TOP - 0.03), 0.0)
+    counter.box((2.9, 5.9 + LEAF, 0.08), (4.2, DEEP, TOP - 0.03), 0.0)
+    counter.box((4.8, 5.9 + LEAF, 0.08), (5.6, DEEP, TOP - 0.03), 0.0)
     for first, last in ((2.9, 4.2), (4.8, 5.6)):
         counter.box((first, 5.96, 0.0), (last, DEEP, 0.08), 0.0, "black plastic")
         counter.box((first, 5.88, TOP - 0.03), (last, DEEP, TOP), 0.0, "oak")
-    mark(place("Worktop", counter, PATH), "USE", 90.0)
+    worktop = mark(place("Worktop", counter, PATH), "USE", 90.0)
+    for k, (hinge, edge) in enumerate(((2.9, 3.55), (4.2, 3.55), (4.8, 5.2), (5.6, 5.2)), 1):
+        heights = (0.08, TOP - 0.03)
+        _cupboard_door(f"Cupboard door {k}", hinge, edge, 5.9, heights, "kitchen front", worktop)
     sink = MeshBuilder("steel")
     sink.box((3.2, 6.0, TOP - 0.001), (3.8, 6.35, TOP + 0.004), 0.0)
     sink.tube([(3.5, 6.42, TOP), (3.5, 6.42, TOP + 0.25), (3.5, 6.25, TOP + 0.27)], 0.012, 8)
@@ -109,7 +132,8 @@ def add_kitchen() -> None:
     leaf.box((0.0, 0.0, 0.05), (0.6, 0.05, 1.85), 0.004)
     leaf.rod((0.55, -0.04, 0.9), (0.55, -0.04, 1.3), 0.009, 8, "steel")
     door = mark(place("Fridge door", leaf, PATH, (2.25, 5.84, 0.0)), "DOOR")
-    door.angen_place.angle = radians(105.0)
+    # The handle stands out as far as the door is thick, which marks the side.
+    door.angen_place.angle, door.angen_place.other_side = radians(105.0), True
     kettle = MeshBuilder("steel")
     kettle.lathe([(0, 0), (0.08, 0), (0.085, 0.12), (0.06, 0.18), (0, 0.19)], segments=14)
     mark(place("Kettle", kettle, PATH, (5.2, 6.2, TOP)), "APPLIANCE", 90.0)

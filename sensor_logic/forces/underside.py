@@ -103,7 +103,7 @@ def underside(triangles: Array, closed: bool, up: Array, lo: Array, hi: Array) -
     facing = -(up @ normals)
     if not closed:
         facing = np.abs(facing)
-    elif _volume(places) < 0.0:
+    elif _six_volumes(places) < 0.0:
         facing = -facing
     near = (places.min(axis=0) <= hi[:, None]) & (places.max(axis=0) >= lo[:, None])
     chosen = near.all(axis=0) & (facing > STEEPEST * sizes)
@@ -140,11 +140,19 @@ def looks_up(triangles: Array, up: Array) -> npt.NDArray[np.bool_]:
     """
     places = _by_axis(triangles)
     facing = up @ _cross(places[1] - places[0], places[2] - places[0])
-    upward: npt.NDArray[np.bool_] = facing >= 0.0 if _volume(places) >= 0.0 else facing <= 0.0
+    upward: npt.NDArray[np.bool_] = facing >= 0.0 if _six_volumes(places) >= 0.0 else facing <= 0.0
     return upward
 
 
-def _volume(corners: Array) -> float:
+def enclosed_volume(triangles: Array) -> float:
+    """Return the volume in m³ that triangles (n, 3, 3) enclose.
+
+    It is negative if the normals point inwards.
+    """
+    return _six_volumes(_by_axis(triangles)) / 6.0
+
+
+def _six_volumes(corners: Array) -> float:
     """Return six times the volume that triangles enclose; `corners` is the result of `_by_axis`."""
     about = corners - corners.mean(axis=(0, 2))[:, None]
     return float(_dot(about[0], _cross(about[1], about[2])).sum())

@@ -91,11 +91,14 @@ class BareSurface:
         The number of the visible object or instance (`Solid.number`).
     places
         The points (k, 3) in m where the body stands on it.
+    share
+        The share of the body's whole support that it is, by area as in `Support`.
     """
 
     name: str
     number: int
     places: Array
+    share: float = 1.0
 
 
 @dataclass(frozen=True)

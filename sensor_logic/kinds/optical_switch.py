@@ -272,7 +272,7 @@ class SlottedSwitch(Model):
     def _sense_plain(self, parameters: OpticalSwitchParameters, updates: Updates) -> Readings:
         """Return the readings of a switch that has no noise and is not swept."""
         rays = self._rays(parameters, updates.pose)
-        answers = updates.ask(RAYS, 0, *rays, which=np.flatnonzero(updates.due))
+        answers = updates.ask(RAYS, 0, *rays, indices=np.flatnonzero(updates.due))
         ranges = np.asarray(answers.table)
         hit = ranges < rays[2]
         ranges = np.where(hit, ranges + parameters.range_min, parameters.range_max)

@@ -86,10 +86,20 @@ class NewEvents:
             column, last = track.columns[published.name], self._last.get(key)
             for index in column.changes(begin).tolist():
                 value = column[index]
-                if value != last and _is_event(value, last, step):
-                    self._last[key] = last = as_logged(value)
+                logged = as_event(value, last, step)
+                if logged is not None:
+                    self._last[key] = last = logged
                     found.append(_event(track, published, index))
         return sorted(found)
+
+
+def as_event(value: Any, last: Any, step: float) -> Any:
+    """Return a new value of a field as it is logged; None if it is no event.
+
+    `last` is the field's previous value in the log, None if there is none. A number must differ
+    from it by at least `step`.
+    """
+    return as_logged(value) if value != last and _is_event(value, last, step) else None
 
 
 def _is_event(value: Any, last: Any, step: float) -> bool:

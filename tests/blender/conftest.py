@@ -259,12 +259,12 @@ class World:
         """
         depsgraph = self.update()
         probes = part("angen_addon.runtime.probes").Probes(self.scene)
-        probes.look(depsgraph, None)
+        probes.look(depsgraph)
         probes.caster = spy = Spy(probes.caster)
         sensor = next(s for s in self.sensors() if s.object == obj)
         clock = part("angen_addon.runtime.time_base").clock_of(self.scene)
         runner = part("angen_addon.runtime.sensor_runner").SensorRunner(sensor, clock)
-        runner.take(number, 0, depsgraph, probes).reading()
+        part("angen_addon.runtime.sensor_runner").single_update(runner, number, 0, probes).reading()
         metres = part("angen_addon.scene.sensors").unit_scale(self.scene)
         return spy.origins * metres, spy.directions, spy.ranges * metres
 
@@ -290,7 +290,7 @@ class Spy:
 @pytest.fixture
 def frame_by_frame(monkeypatch: pytest.MonkeyPatch) -> None:
     """Make runs sense and report each frame at once."""
-    monkeypatch.setattr(part("angen_addon.scene.rays.frames"), "MOST_FRAMES", 1)
+    monkeypatch.setattr(part("angen_addon.scene.capture"), "MOST_FRAMES", 1)
 
 
 @pytest.fixture
@@ -352,8 +352,8 @@ def echoes(world: World, monkeypatch: pytest.MonkeyPatch) -> dict[tuple[str, int
     found: dict[tuple[str, int], Any] = {}
     answer = answers_of[need]
 
-    def spied(query: Any, *question: Any, which: Any = None) -> Any:
-        answers = answer(query, *question, which=which)
+    def spied(query: Any, *question: Any, indices: Any = None) -> Any:
+        answers = answer(query, *question, indices=indices)
         for i, step in enumerate(query.steps):
             found[query.sensor.name, step] = answers[i]
         return answers

@@ -21,6 +21,7 @@ resident = "Adult"
 begins = "Sleep"
 [activity.Sleep]
 do = ["switch Lamp off", "lie Bed"]
+while = []
 labels = { casas = "Sleeping" }
 [activity.Sit]
 do = ["switch Lamp on", "sit Seat"]

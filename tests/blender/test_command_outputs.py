@@ -12,6 +12,7 @@ import bpy
 import pytest
 from commands import ROOT, listing, start
 from tiers import mostly_slow
+from tutorials import shell as posix_shell
 
 HEADER = "time_s,frame,sensor,kind,field,value\r\n"
 
@@ -178,7 +179,7 @@ def shell(home, text, **options):
     """Run a shell command, in which ANGEN stands for `python -m angen_addon simulate HOME`."""
     run = f"'{sys.executable}' -m angen_addon simulate '{home}' --quiet"
     return subprocess.run(
-        ["sh", "-c", text.replace("ANGEN", run)],
+        [posix_shell(), "-c", text.replace("ANGEN", run)],
         cwd=ROOT,
         capture_output=True,
         text=True,

@@ -108,7 +108,7 @@ def test_ctrl_c_while_blender_starts(home, tmp_path):
     """An exception in one of its start-up scripts, or in a handler, would be lost."""
     process = start("simulate", home, "--events", tmp_path / "e.csv")
     maps = Path(f"/proc/{process.pid}/maps")
-    while "/bpy/" not in maps.read_text():
+    while "/bpy/" not in maps.read_text(encoding="utf-8"):
         time.sleep(0.01)
     process.send_signal(signal.SIGINT)
     stdout, stderr = process.communicate(timeout=60)

@@ -22,6 +22,7 @@ resident = "Bo"
 begins = "Stand"
 [activity.Rest]
 do = ["{rest}"]
+while = []
 [activity.Stand]
 do = ["stand at Spot"]
 [[plan]]
@@ -67,7 +68,7 @@ def test_both_rest_or_a_line_says_who_waits(flat, tmp_path, capsys, width, rest,
     place = rest.split()[1]
     assert len(lines) == told
     assert all(f"'bo' waits 24.0 h from 00:00 for '{place}', which 'anna' uses" in x for x in lines)
-    with open(out / "people.csv", newline="") as file:
+    with open(out / "people.csv", encoding="utf-8", newline="") as file:
         rows = [row for row in csv.DictReader(file) if row["person"] == "bo"]
     resting = {"lie Bed": "lying", "sit Chair": "sitting"}[rest]
     assert (resting in {row["posture"] for row in rows}) == (not told)

@@ -28,7 +28,7 @@ class Radar:
         if frame is not None:
             self.scene.frame_set(frame)
         depsgraph = bpy.context.evaluated_depsgraph_get()
-        self.probes.look(depsgraph, None)
+        self.probes.look(depsgraph)
         directions = np.asarray(directions, np.float64)
         units = 1.0 / self.scene.unit_settings.scale_length
         rays = np.zeros_like(directions), directions, np.full(len(directions), length * units)

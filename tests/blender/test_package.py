@@ -14,6 +14,8 @@ import bpy
 import numpy as np
 import pytest
 
+from dev import link_folder
+
 ROOT = Path(__file__).resolve().parent.parent.parent
 
 
@@ -35,7 +37,7 @@ def run(tmp_path):
     """Run a script beside the home with the package importable; return its output."""
     packages = tmp_path / "packages"
     packages.mkdir()
-    packages.joinpath("angen_sensors").symlink_to(ROOT)
+    link_folder(packages / "angen_sensors", ROOT)
 
     def run_script(script: str, status: int = 0) -> str:
         path = tmp_path / "script.py"
@@ -324,3 +326,16 @@ def test_frames_outside_the_scene_are_told(home, run, frames, words) -> None:
     )
     first, last = max(frames[0], 1), frames[1]
     assert out.splitlines() == [words, str([float(first), float(last)])]
+
+
+def test_the_twin_of_a_real_home_has_contacts_that_close(run) -> None:
+    layout = ROOT / "docs" / "examples" / "twin" / "sensors.json"
+    said = run(
+        "import angen_sensors\n"
+        f"home = angen_sensors.open({str(ROOT / 'sample_blends' / 'angen.blend')!r})\n"
+        f"home.apply({str(layout)!r})\n"
+        "names = ['Contact fridge', 'Contact cupboard']\n"
+        "found = home.simulate(frames=(1, 1), sensors=names)\n"
+        "print([bool(found.samples(name)['open'][0]) for name in names])\n"
+    )
+    assert said.splitlines()[-1] == "[False, False]"

@@ -165,7 +165,7 @@ def probed(world):
     """Return the names of the surfaces that weigh with each bearer, by the contact probe."""
     depsgraph = world.update()
     probes = Probes(world.scene)
-    probes.look(depsgraph, None)
+    probes.look(depsgraph)
     solids = probes.caster.solids
     bodies = ContactBodies()
     bodies.sync(depsgraph, solids, [])

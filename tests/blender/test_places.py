@@ -144,6 +144,25 @@ def test_a_door_that_slides(world, addon_part):
     assert other.line(other.open, 2)[0, 1] != pytest.approx(ends[1][0], abs=0.5)
 
 
+def test_a_cupboard_is_opened_from_its_front_and_is_no_doorway(flat, addon_part):
+    """Its leaf is on the wall side of the left room; the floor is the same with and without it."""
+    flat.chair.angen_place.use = "SIT"
+    flat.box("Carcass", (0.6, 0.3, 1.8), (1.2, 3.84, 0.9))
+    leaf = flat.box("Leaf", (0.58, 0.02, 1.7), (1.2, 3.68, 0.9))
+    leaf.angen_place.use = "USE"
+    before = flat.read(addon_part).storeys[0].floor.free
+    leaf.angen_place.use = "CUPBOARD"
+    leaf.angen_place.motion = "LEFT"
+    found = flat.read(addon_part)
+    assert found.problems == () and unreached(found) == []
+    place, door = found.places["Leaf"], found.doors["Leaf"]
+    assert place.yaw == pytest.approx(np.pi / 2, abs=0.1)
+    assert 2.9 < flat.shown(place.at)[1] < 3.6
+    shut, opened = (flat.shown(door.handle_at(w))[1] for w in (door.closed, door.open))
+    assert opened < shut - 0.4
+    assert (found.storeys[0].floor.free == before).all()
+
+
 @pytest.mark.parametrize(
     ("obstacle", "lost"),
     [

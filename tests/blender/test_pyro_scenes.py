@@ -245,7 +245,7 @@ def probe(world):
 
         def __call__(self, place, directions, sensor=0, bundle=0):
             depsgraph = world.update()
-            self.probes.look(depsgraph, None)
+            self.probes.look(depsgraph)
             directions = np.array(directions, float).reshape(-1, 3)
             directions /= np.linalg.norm(directions, axis=1)[:, None]
             origins = np.tile(np.array(place, float), (len(directions), 1))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.explain.explain import explain
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.simulation import Exchange, simulate
-from bl_ext.user_default.angen_sensors.angen_addon.scene.rays import frames as batches
+from bl_ext.user_default.angen_sensors.angen_addon.scene import capture as batches
 from bl_ext.user_default.angen_sensors.sensor_logic.recording.tracks import Recording
 
 FPS = 60

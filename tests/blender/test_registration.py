@@ -12,7 +12,7 @@ from bl_ext.user_default.angen_sensors.sensor_logic.kinds import KINDS as kinds
 
 ADDON = "bl_ext.user_default.angen_sensors"
 # One more where Blender tells of what is appended.
-HANDLERS = 13 + hasattr(bpy.app.handlers, "blend_import_post")
+HANDLERS = 14 + hasattr(bpy.app.handlers, "blend_import_post")
 
 
 def functions(owner):
@@ -49,6 +49,7 @@ def test_on_and_off_three_times(empty_scene):
     assert len(ours(on["handlers"])) == HANDLERS
     assert on["object"] == [
         "angen_breathing",
+        "angen_heat",
         "angen_ignored",
         "angen_load",
         "angen_place",

@@ -19,8 +19,10 @@ resident = "Anna"
 begins = "Sleep"
 [activity.Sleep]
 do = ["lie Bed"]
+while = []
 [activity.Sit]
 do = ["sit Chair"]
+while = []
 [[plan]]
 person = "anna"
 entries = [

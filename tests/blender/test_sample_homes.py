@@ -44,16 +44,33 @@ def builders(empty_scene, monkeypatch):
 
 # Its rooms, sliding doors, resting places, and week.
 ANGEN = (
-    "angen", 7, {"Curtain north", "Curtain south"}, {"Bed", "Sofa east", "Sofa west"}, "week.toml",
+    "angen", 7,
+    {
+        "Curtain north", "Curtain south", *(f"Kitchen drawer {n}" for n in range(1, 4)),
+        "TV bench drawer left", "TV bench drawer right",
+    },
+    {
+        "Fridge door", *(f"Cupboard shutter {n}" for n in range(1, 6)), "Hall cabinet door left",
+        *(f"Base cupboard door {n}" for n in range(1, 4)), "Washbasin cupboard door right",
+    },
+    {"Bed", "Sofa east", "Sofa west"}, "week.toml",
 )  # fmt: skip
 ATELIER = (
     "atelier", 5,
     {"Bath door", "Terrace door", "Chest drawer", "Curtain east", "Curtain west"},
+    {"Fridge door", "Wardrobe door left", *(f"Cupboard door {n}" for n in range(1, 5))},
     {"Bed of Karin", "Bed of Olle", "Sofa north", "Sofa south"}, "atelier_week.toml",
 )  # fmt: skip
 
 
-def reached(rooms, sliding, rests):
+def _from_free_floor(places, point):
+    """Return the distance from a point to the nearest free floor, m."""
+    floor = places.storeys[0].floor
+    free = floor.low + (np.argwhere(floor.free) + 0.5) * floor.size
+    return float(np.linalg.norm(free - point[:2], axis=1).min())
+
+
+def reached(rooms, sliding, cupboards, rests):
     """Return the places of the open home, and assert that each can be reached."""
     bpy.context.view_layer.update()
     depsgraph = bpy.context.evaluated_depsgraph_get()
@@ -64,6 +81,13 @@ def reached(rooms, sliding, rests):
     assert len(found.entrances) == len(found.storeys) == 1
     assert len(set(found.storeys[0].rooms)) == rooms + 1
     assert {door.name for door in found.doors.values() if door.slides} == sliding
+    # Cupboards open into the room.
+    for name in cupboards:
+        door = found.doors[name]
+        shut, opened = (
+            _from_free_floor(found, door.handle_at(w)) for w in (door.closed, door.open)
+        )
+        assert opened < shut + 0.1, name
     assert rests <= {p.name for p in found.places.values() if p.use in ("SIT", "LIE")}
     # The toilet and other seats are where the seat is, wherever the home stands.
     seat = found.places["Toilet"]
@@ -88,10 +112,14 @@ def test_the_sample_home_ships_with_a_recording_that_is_fresh(tmp_path, empty_sc
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("home", "rooms", "sliding", "rests", "week"), [ANGEN, ATELIER])
-def test_every_place_is_reached_and_a_day_lived(builders, home, rooms, sliding, rests, week):
+@pytest.mark.parametrize(
+    ("home", "rooms", "sliding", "cupboards", "rests", "week"), [ANGEN, ATELIER]
+)
+def test_every_place_is_reached_and_a_day_lived(
+    builders, home, rooms, sliding, cupboards, rests, week
+):
     builders[home]()
-    found = reached(rooms, sliding, rests)
+    found = reached(rooms, sliding, cupboards, rests)
     _live(found, (ROOT / "sample_blends" / week).read_text(encoding="utf-8"))
 
 

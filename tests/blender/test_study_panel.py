@@ -55,7 +55,7 @@ def test_the_study_of_the_panel_is_that_of_the_selected_sensors(home, wanted, ad
     assert first["PIR bed"] == {
         "rays": 4, "hold_time": 0.5, "model": "RANGE_SCAN", "enabled": True,
     }  # fmt: skip
-    told = addon_part("operators.study").command(wanted.file)
+    told = addon_part("studies.window.operators").command(wanted.file)
     assert told == f"angen study run '{path}' --out '{path.with_suffix('')}'"
 
 

@@ -21,10 +21,13 @@ resident = "Anna"
 begins = "Sleep"
 [activity.Sleep]
 do = ["lie Bed"]
+while = []
 [activity.Off]
 do = ["switch Lamp off", "lie Bed"]
+while = []
 [activity.On]
 do = ["switch Lamp on", "lie Bed"]
+while = []
 [[plan]]
 person = "anna"
 entries = [

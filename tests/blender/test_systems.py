@@ -100,7 +100,7 @@ def test_a_saved_home_that_is_open_in_another_program_is_told_before_the_run(
 def test_the_command_of_a_study_is_quoted_for_the_shell_of_the_system(
     tmp_path, addon_part, monkeypatch, system, quote
 ):
-    study = addon_part("operators.study")
+    study = addon_part("studies.window.operators")
     monkeypatch.setattr(sys, "platform", system)
     path = tmp_path / "my study.toml"
     first, second = (quote.format(p) for p in (path, path.with_suffix("")))

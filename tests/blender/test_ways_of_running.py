@@ -18,11 +18,10 @@ import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.commands.open_home import ProgressLine
 from bl_ext.user_default.angen_sensors.angen_addon.runtime import live as live_sensors
 from bl_ext.user_default.angen_sensors.angen_addon.runtime import moving_scene, stage
-from bl_ext.user_default.angen_sensors.angen_addon.runtime.sensor_runner import SensorRunner
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.simulation import simulate
-from bl_ext.user_default.angen_sensors.angen_addon.scene import memory
-from bl_ext.user_default.angen_sensors.angen_addon.scene.rays import frames
+from bl_ext.user_default.angen_sensors.angen_addon.scene import capture, memory
 from bl_ext.user_default.angen_sensors.angen_addon.scene.rays.caster import RayCaster
+from bl_ext.user_default.angen_sensors.angen_addon.scene.sensor_reader import SensorReader
 from bl_ext.user_default.angen_sensors.sensor_logic.recording.tracks import Recording
 from light_stage import lamp
 from moving_scenes import SCENES, SWITCHED, followed, moved, watched_bodies
@@ -57,9 +56,9 @@ def everything_anew() -> Iterator[None]:
 
     lists = bpy.app.handlers.frame_change_pre, bpy.app.handlers.depsgraph_update_post
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(frames, "MOST_FRAMES", 1)
+        patch.setattr(capture, "MOST_FRAMES", 1)
         patch.setattr(stage, "_weights_stay", lambda _: False)
-        patch.setattr(SensorRunner, "steady", property(lambda _: False, lambda *_: None))
+        patch.setattr(SensorReader, "steady", property(lambda _: False, lambda *_: None))
         patch.setattr(RayCaster, "see_at", anew)
         for functions in lists:
             functions.append(act)
@@ -103,7 +102,7 @@ def test_each_way_of_running_reads_the_same(
         assert (evaluated < steps / 1.3) == skips, f"{evaluated} of {steps}"
     monkeypatch.setattr(stage, "PROGRESS_INTERVAL", 1e9)
     for batches, (most, least) in BATCHES.items():
-        monkeypatch.setattr(frames, "MOST_FRAMES", most)
+        monkeypatch.setattr(capture, "MOST_FRAMES", most)
         monkeypatch.setattr(moving_scene, "LEAST_OBJECTS", least)
         assert run(world)[0] == plain, f"in batches {batches}"
     # Nodes that read the whole scene keep their objects in it.
@@ -136,7 +135,7 @@ def test_radars_measure_the_same_speeds_in_each_way_of_running(
     assert any(np.any(speed) for speed in plain.values()), "nothing moved"
     monkeypatch.setattr(stage, "PROGRESS_INTERVAL", 1e9)
     for batches, (most, least) in BATCHES.items():
-        monkeypatch.setattr(frames, "MOST_FRAMES", most)
+        monkeypatch.setattr(capture, "MOST_FRAMES", most)
         monkeypatch.setattr(moving_scene, "LEAST_OBJECTS", least)
         assert speeds() == plain, f"in batches {batches}"
 
@@ -172,7 +171,7 @@ def test_a_run_that_is_left_keeps_what_it_looked_at(world, tmp_path, monkeypatch
     SCENES["begins_late"][0](world, tmp_path)
     world.scene.angen_substeps, world.scene.render.frame_map_new = 1, 100
     whole = run(world)[0]["all"]
-    monkeypatch.setattr(frames, "MOST_FRAMES", 7)
+    monkeypatch.setattr(capture, "MOST_FRAMES", 7)
     recording = Recording()
     steps = simulate(world.scene, world.sensors(), 1, 48, recording)
     for _ in range(3):
@@ -265,7 +264,7 @@ def test_random_scenes_and_edits_during_a_run(world, monkeypatch, seed, instance
         thing.scale, thing.data, thing.hide_viewport = scale, data, False
 
     # An edit during a run counts from the next frame that is read on.
-    monkeypatch.setattr(frames, "MOST_FRAMES", 1)
+    monkeypatch.setattr(capture, "MOST_FRAMES", 1)
     edits = {4: shorten, 8: switch_off, 12: switch_on, 16: exchange}
     found = run(world)[0]
     edited = run(world, edits)[0]

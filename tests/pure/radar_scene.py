@@ -115,7 +115,7 @@ def run(scene, parameters=None, updates=2, rate=10.0, model=None, first=0, pose=
             np.array([number / rate]),
             np.ones(1, bool),
             pose,
-            {ECHOES: lambda *question, which=None: Answers([scene.answer(*question)], FIRST)},
+            {ECHOES: lambda *question, indices=None: Answers([scene.answer(*question)], FIRST)},
             lambda block: generator(0, name, block),
             lambda: generator(0, name, 0),
         )

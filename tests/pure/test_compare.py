@@ -43,6 +43,7 @@ from angen_sensors.sensor_logic.recording.tracks import Recording, Track
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from tiers import mostly_slow
+from tutorials import shell
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 HEADER = "time_s,frame,sensor,kind,field,value\n"
@@ -205,12 +206,13 @@ def test_what_is_no_log_is_told_in_a_line(tmp_path, text, words, compare) -> Non
         ("2>&- >/dev/full", 1, ""),
     ],
 )
+@pytest.mark.skipif(sys.platform == "win32", reason="has other streams")
 def test_standard_output_that_takes_nothing(tmp_path, options, stream, status, says):
     if "full" in stream and not Path("/dev/full").exists():
         pytest.skip("has no /dev/full")
     path = log(tmp_path, [(0, "PIR hall", 0), (5, "PIR hall", 1), (9, "PIR hall", 0)])
     command = f"{sys.executable} -m angen_addon compare {path} {path} {options} {stream}"
-    done = subprocess.run(["sh", "-c", command], cwd=ROOT, capture_output=True, text=True)
+    done = subprocess.run([shell(), "-c", command], cwd=ROOT, capture_output=True, text=True)
     assert (done.returncode, done.stderr) == (status, says)
 
 

@@ -3,9 +3,11 @@
 
 import ast
 import json
+import os
 import re
 import subprocess
 import sys
+import tomllib
 from collections import defaultdict
 from itertools import pairwise
 from pathlib import Path
@@ -190,15 +192,35 @@ def _power(value):
     return f"{digit}e{int(power)}"
 
 
-@pytest.mark.parametrize("name", ["learnt_days", "like_real_homes", "recogniser"])
+def system():
+    """Return the variables without which no program starts on Windows."""
+    return {name: os.environ[name] for name in ("SYSTEMROOT",) if name in os.environ}
+
+
+@pytest.mark.parametrize("name", ["learnt_days", "like_real_homes", "recogniser", "sim_to_real"])
 def test_an_example_without_its_packages_is_one_line(name):
     script = page.DOCS / "examples" / f"{name}.py"
     # -S: without any installed package.
     command = [sys.executable, "-S", str(script), "days"]
-    done = subprocess.run(command, capture_output=True, text=True, env={})
+    done = subprocess.run(command, capture_output=True, text=True, env=system())
     assert (done.returncode, done.stdout) == (1, "")
     assert done.stderr.startswith(f"{name}: No module named") and "pip install" in done.stderr
     assert done.stderr.count("\n") == 1
+
+
+def test_the_twin_of_a_real_home_names_sensors_and_activities_that_it_has():
+    twin = page.DOCS / "examples" / "twin"
+    read = {path.stem: tomllib.loads(path.read_text("utf-8")) for path in twin.glob("*.toml")}
+    routine, rules = file.read((twin / "routine.toml").read_text("utf-8"), "routine"), read["rules"]
+    layout = json.loads((twin / "sensors.json").read_text("utf-8"))
+    sensors = {sensor["name"] for sensor in layout["sensors"]}
+    assert set(rules["rules"].values()) <= sensors
+    assert set(rules["rules"]) == set(routine.activities) - {"Away"}
+    homes = [table for name, table in read.items() if name not in ("routine", "rules")]
+    assert len(homes) == 4
+    for home in homes:
+        assert set(home["sensors"].values()) <= sensors
+        assert set(home["labels"].values()) <= set(routine.activities)
 
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -136,7 +136,7 @@ def test_days_are_compared_with_activities(angen, tmp_path: Path) -> None:
     one, days = tmp_path / "one.csv", tmp_path / "days"
     one.write_text(table(invented(14)))
     days.mkdir()
-    with open(days / "activities.csv", "w", newline="") as file:
+    with open(days / "activities.csv", "w", encoding="utf-8", newline="") as file:
         rows = [(a.isoformat(), b.isoformat(), "anna", name, "") for a, b, name in invented(14)]
         csv.writer(file).writerows([("start", "end", "person", "activity", "room"), *rows])
     status, text, _ = angen("compare", one, days)

@@ -25,6 +25,7 @@ INTERFACE = (
 WINDOW = (
     *("operators", "panels", "angen_addon.view", "angen_addon.kinds"),
     *("residents.operators", "residents.panels", "residents.blender.places_drawn"),
+    "studies.window",
 )
 
 

@@ -444,7 +444,7 @@ def rays_of(parameters):
 def updates_of(numbers, found, rate=10.0):
     """Return updates at which the scene always gives the same echoes."""
 
-    def answer(*question, which=None):
+    def answer(*question, indices=None):
         return Answers([found], np.zeros(len(numbers), np.intp))
 
     return Updates(
@@ -638,17 +638,17 @@ def test_many_updates_at_once_give_the_readings_of_one_at_a_time(parameters):
     def scene():
         return Scene([Person((0.0, 2.0, 0.0), velocity=(0.0, 0.4, 0.0), breathing=0.004)])
 
-    def answers(*question, which=None):
+    def answers(*question, indices=None):
         one = scene()
         table = [one.at(k / 10.0).answer(*question) for k in range(moving)]
         still = one.at((moving - 1) / 10.0).answer(*question)
         rows = np.minimum(np.arange(count), moving)
-        return Answers([*table, still], rows if which is None else rows[which])
+        return Answers([*table, still], rows if indices is None else rows[indices])
 
     def updates(first, last):
         numbers = np.arange(first, last)
 
-        def part_of(*question, which=None):
+        def part_of(*question, indices=None):
             found = answers(*question)
             return Answers(found.table, found.rows[first:last])
 

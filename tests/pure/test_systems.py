@@ -171,6 +171,20 @@ def test_a_spreadsheet_in_german(comma, expected):
     assert "".join(for_spreadsheets(pieces, comma)) == expected
 
 
+@pytest.mark.parametrize("verb", ["compare", "convert"])
+def test_a_log_that_windows_powershell_has_redirected(tmp_path, angen, verb):
+    """Its > writes UTF-16, with a mark."""
+    path = tmp_path / "log.csv"
+    path.write_bytes(LOG.encode("utf-16"))
+    out = [path] if verb == "compare" else ["--format", "xes", "--out", tmp_path / "out"]
+    status, _, err = angen(verb, path, *out)
+    assert (status, err) == (
+        2,
+        f"angen: {path} is in UTF-16, as > in Windows PowerShell writes: "
+        "use an option such as --events there, or cmd\n",
+    )
+
+
 def test_a_file_that_is_read_only_is_told(tmp_path, monkeypatch):
     path = tmp_path / "a.csv"
     path.write_text("old")

@@ -78,7 +78,7 @@ def read(parameters, *rooms, rate=10.0, name="array", pose=POSE, sensor=None):
 def several(first, rooms, rate=10.0):
     """Return the updates of an array from number `first` on, one in each room."""
 
-    def ask(bundle, *rays, which=None):
+    def ask(bundle, *rays, indices=None):
         return Answers([room.ask(bundle, *rays) for room in rooms], np.arange(len(rooms)))
 
     numbers = first + np.arange(len(rooms))

@@ -12,6 +12,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from dev import link_folder
+
 ROOT = Path(__file__).resolve().parents[2]
 ROOMS = {"Sleep": "bedroom", "Cook": "kitchen", "Wash": "bathroom"}
 
@@ -50,7 +52,7 @@ def days(tmp_path: Path) -> Path:
 def run(tmp_path: Path):
     """Run one of the scripts; return the rows of its printed table, by their first cell."""
     (tmp_path / "packages").mkdir()
-    (tmp_path / "packages" / "angen_sensors").symlink_to(ROOT)
+    link_folder(tmp_path / "packages" / "angen_sensors", ROOT)
 
     def run_it(script: str, *arguments: object) -> dict[str, list[str]] | str:
         done = subprocess.run(
@@ -207,6 +209,34 @@ def test_the_recogniser_is_tried_on_a_real_home_beside_rules(days, real, run, re
     assert "has no table [rules]" in run("recogniser.py", days, "--on", real, "--rules", real)
     real.write_text(real.read_text().replace('"PIR ', '"P'))
     assert "no sensor has the same name" in run("recogniser.py", days, "--on", real)
+
+
+def test_a_table_says_what_days_and_rules_are_worth_for_a_real_home(
+    days, real, run, reader
+) -> None:
+    reader("sklearn")
+    twin = real.parent / "twin"
+    twin.mkdir()
+    for name in ("here", "there"):
+        (twin / f"{name}.toml").write_text(real.read_text())
+    rules = '[rules]\nSleep = "PIR bedroom"\nCook = "PIR bathroom"\nWash = "PIR kitchen"'
+    (twin / "rules.toml").write_text(rules)  # which mistake the kitchen for the bathroom
+    options = ["--days", days, "--home", "here", "--twin", twin, "--real", 0, 1, "--seeds", 2]
+    rows = run("sim_to_real.py", real.parent, *options)
+    names = ["real days alone", "simulated days", "control: their activities, sensors by rules"]
+    assert list(rows) == [
+        "learnt from, and real days:", *names, "other real homes",
+        "**simulated against the control**",
+    ]  # fmt: skip
+    f1 = {
+        name: [float(cell.split(" ")[0] or "nan") for cell in rows[name]] for name in list(rows)[1:]
+    }
+    assert f1["simulated days"][0] > 0.95 and f1["other real homes"][0] > 0.95
+    assert np.isnan(f1["real days alone"][0]) and f1[names[2]][0] < 0.6
+    gained = rows["**simulated against the control**"][0]
+    assert float(gained.split(" ")[0]) == pytest.approx(f1[names[1]][0] - f1[names[2]][0], abs=2e-3)
+    assert gained.endswith("(2 of 2)")
+    assert "give one of here, there" in run("sim_to_real.py", real.parent, *options, "--home", "x")
 
 
 def test_the_recogniser_leaves_out_each_day_and_each_home(days, real, run, reader) -> None:

@@ -7,7 +7,9 @@ from pathlib import Path
 import pytest
 from tutorials import ROOT, run_page
 
-BPY = ROOT / ".venv" / "bin" / "python"
+from dev import python_of
+
+BPY = python_of(ROOT / ".venv")
 
 
 @pytest.mark.skipif(not BPY.exists(), reason="make venv: no Blender's module in .venv")

@@ -56,7 +56,7 @@ def add_options(parser: argparse.ArgumentParser, required: bool) -> None:
     group = parser.add_argument_group("to an MQTT broker, such as Home Assistant's")
     group.add_argument(
         "--mqtt",
-        type=_host_and_port,
+        type=host_and_port,
         required=required,
         metavar="HOST[:PORT]",
         help=f"the broker (default port {PORT}, or {TLS_PORT} with TLS)",
@@ -69,7 +69,7 @@ def add_options(parser: argparse.ArgumentParser, required: bool) -> None:
     )
     group.add_argument(
         "--topic",
-        type=_topic,
+        type=topic,
         metavar="NAME",
         help=f"first part of all topics (default {TOPIC}); a second home needs another",
     )
@@ -131,7 +131,8 @@ def _context(authority: Path | None) -> ssl.SSLContext:
         return context
 
 
-def _host_and_port(text: str) -> tuple[str, int | None]:
+def host_and_port(text: str) -> tuple[str, int | None]:
+    """Return the host and the port of HOST or HOST:PORT; raise ArgumentTypeError if it is wrong."""
     if "@" in text:
         raise argparse.ArgumentTypeError(
             "the address contains a user name: give it with --user NAME instead, and the password "
@@ -163,7 +164,8 @@ def _speed(text: str) -> float:
     return speed
 
 
-def _topic(text: str) -> str:
+def topic(text: str) -> str:
+    """Return the first part of topics; raise ArgumentTypeError if it cannot be one."""
     if not re.fullmatch(r"[\w-]+(/[\w-]+)*", text, re.ASCII):
         raise argparse.ArgumentTypeError(
             f"'{text}' is not a topic: use letters, digits, _, - and /, as in flat_2"

@@ -15,6 +15,7 @@ from ....parts import install_command
 from ....sensor_logic.logs.error import AngenError, replaced
 from ....sensor_logic.logs.formats.home_assistant import Message
 from .address import PASSWORD, Address
+from .online import check_online
 
 # s: longest wait for an answer; pause between two tries to reconnect; a broker that is silent this
 # long has sent everything.
@@ -37,8 +38,8 @@ class Link:
 
     def __init__(self, address: Address, will: Message) -> None:
         missing = (
-            "--mqtt needs paho-mqtt, which is not installed: "
-            f"{install_command('mqtt')} in the project's folder, and use its command angen"
+            "MQTT needs paho-mqtt, which is not installed: install the extension from its zip, "
+            f"which has it, or {install_command('mqtt')} in the project's folder"
         )
         with replaced(missing, ImportError, raised=AngenError):
             import paho.mqtt.client as paho
@@ -56,7 +57,12 @@ class Link:
         return self._lost.is_set()
 
     def connect(self) -> None:
-        """Make the connection; raise AngenError if the broker refuses it or does not answer."""
+        """Make the connection.
+
+        Raise AngenError if Blender does not allow it, or if the broker refuses it or does not
+        answer.
+        """
+        check_online()
         paho = self._paho
         # After a reconnection by paho-mqtt, it would send all messages due meanwhile late, at once.
         client = paho.Client(

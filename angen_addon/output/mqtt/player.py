@@ -119,6 +119,11 @@ class Player:
         self._lost_at: float | None = None
         self._is_open = False
 
+    @property
+    def is_lost(self) -> bool:
+        """Whether the connection is lost, and is being made again."""
+        return self._is_open and self._link.is_lost
+
     def begin(self, states: Mapping[Channel, Value]) -> None:
         """Connect to the broker and announce the sensors.
 

@@ -10,7 +10,7 @@ import numpy as np
 from ....sensor_logic.forces.world import Support
 from ....sensor_logic.model import Array
 from ..rays.solids import Solids
-from ..units import gravity_factor
+from ..units import gravity_of
 from .bodies import MARGIN, BodySettings, ContactBodies, ContactBody, Key
 from .posed_bodies import PosedBody, posed_body
 
@@ -92,21 +92,6 @@ class FrameState:
             lo, hi = np.minimum(lo, lo + towards), np.maximum(hi, hi + towards)
         found = np.flatnonzero(((self.lo <= hi) & (self.hi >= lo)).all(axis=1))
         return [self.keys[other] for other in found.tolist() if other != row]
-
-
-def gravity_of(scene: Any, metres: float) -> tuple[Array, Array]:
-    """Return gravity (3,) in m/s², and the unit vector against it.
-
-    `metres` is the length of a Blender unit. The field weights of the physics engine count.
-    """
-    gravity = np.array(scene.gravity, np.float64) * gravity_factor(scene.gravity, metres)
-    if not scene.use_gravity:
-        gravity = np.zeros(3)
-    if scene.rigidbody_world is not None:
-        weights = scene.rigidbody_world.effector_weights
-        gravity *= weights.gravity * weights.all
-    size = float(np.linalg.norm(gravity))
-    return gravity, -gravity / size if size > 0.0 else np.array([0.0, 0.0, 1.0])
 
 
 def _matrices(depsgraph: Any, bodies: list[ContactBody], solids: Solids) -> Array:

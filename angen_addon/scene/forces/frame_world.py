@@ -147,15 +147,19 @@ class FrameWorld:
         )
 
     def near(self, key: Key) -> list[Key]:
-        """Return the keys of the bodies whose bounds overlap the bounds of a body.
+        """Return the keys of the bodies near a body.
 
-        Bounds are swept over the three frames.
+        Their bounds overlap its bounds, swept over the three frames, or they stand on it, perhaps
+        through a mattress.
         """
         row = self._states[1].row.get(key)
         if row is None:
             return []
         overlaps = ((self._lo <= self._hi[row]) & (self._hi >= self._lo[row])).all(axis=1)
         keys = [self._keys[other] for other in np.flatnonzero(overlaps).tolist() if other != row]
+        supports = self._states[1].supports
+        standing = (k for k, below in supports.items() if any(s.node == key for s in below))
+        keys += [other for other in standing if other != key and other not in keys]
         # A body that the next frame lacks, such as a person who has left, touches nothing.
         return [key for key in keys if key in self._bodies.by_key]
 

@@ -68,6 +68,7 @@ class WorldTriangles:
         self._solids = solids
         self._listing = -1
         self._known: dict[int, tuple[int, float, Triangles]] = {}
+        self._facing: dict[int, tuple[Triangles, float]] = {}
         self.gaps: dict[tuple[int, int], tuple[Any, float | None]] = {}
 
     def of(self, depsgraph: Any, solid: Solid, metres: float) -> Triangles:
@@ -75,6 +76,7 @@ class WorldTriangles:
         if self._listing != self._solids.listing:
             self._listing = self._solids.listing
             self._known.clear()
+            self._facing.clear()
         version = int(self._solids.version[solid.row])
         known = self._known.get(solid.number)
         if known is None or known[:2] != (version, metres):
@@ -84,6 +86,21 @@ class WorldTriangles:
             known = version, metres, with_bounds(corners)
             self._known[solid.number] = known
         return known[2]
+
+    def facing(self, depsgraph: Any, solid: Solid, metres: float) -> float:
+        """Return where the normals of a solid's triangles point.
+
+        The result is 1 for a closed surface whose normals point outwards, −1 for one whose normals
+        point inwards, and 0 for an open surface, such as a sheet.
+        """
+        triangles = self.of(depsgraph, solid, metres)
+        known = self._facing.get(solid.number)
+        if known is None or known[0] is not triangles:
+            sign = 0.0
+            if underside.is_closed(solid.geometry.triangles(depsgraph)):
+                sign = float(np.sign(underside.enclosed_volume(triangles.corners)))
+            known = self._facing[solid.number] = triangles, sign
+        return known[1]
 
 
 def hit_distances(triangles: Triangles, starts: Array, direction: Array, length: Array) -> Array:
@@ -142,15 +159,28 @@ class ParallelRays:
     def hit_distances(self, triangles: Triangles) -> Array:
         """Return the distances (n,) to the nearest triangle; inf for a ray that hits none."""
         far = np.full(len(self.starts), np.inf)
+        ray, reach, _ = self.hits(triangles)
+        # The nearest hit of a ray is written last.
+        last = np.argsort(-reach, kind="stable")
+        far[ray[last]] = reach[last]
+        return far
+
+    def hits(self, triangles: Triangles) -> tuple[Indices, Array, Array]:
+        """Return all k hits: the index of the ray (k,), the distance (k,), and the facing (k,).
+
+        The facing is positive if the triangle's normal points along the ray, as where the ray
+        leaves a closed surface, else negative.
+        """
         near = (triangles.lo <= self._hi) & (triangles.hi >= self._lo)
         corners = triangles.corners[near.all(axis=1)]
+        nothing = np.empty(0, np.intp), np.empty(0), np.empty(0)
         if not len(corners):
-            return far
+            return nothing
         flat = corners.reshape(-1, 3) @ self._axes.T
         x, y, depth = (flat[:, i].reshape(-1, 3) for i in range(3))
         of, ray = self._grid.pairs(x, y)
         if not len(of):
-            return far
+            return nothing
         seen, length = self._projected, self.length
         ax, ay, ad = x[:, 0], y[:, 0], depth[:, 0]
         one = x[:, 1] - ax, y[:, 1] - ay, depth[:, 1] - ad
@@ -165,10 +195,7 @@ class ParallelRays:
             of, ray, u, v = of[inside], ray[inside], u[inside], v[inside]
             reach = ad[of] + u * one[2][of] + v * two[2][of] - seen[2][ray]
             hit = np.flatnonzero((reach >= 0.0) & (reach <= length[ray]))
-        # The nearest hit of a ray is written last.
-        hit = hit[np.argsort(-reach[hit], kind="stable")]
-        far[ray[hit]] = reach[hit]
-        return far
+        return ray[hit], reach[hit], inverse[of[hit]]
 
 
 # The last 16 directions; without this cache each `ParallelRays` takes 40 µs more.

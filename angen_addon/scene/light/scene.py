@@ -21,7 +21,7 @@ from mathutils import Matrix
 
 from ....sensor_logic.kind import LIGHT
 from ....sensor_logic.kinds import KINDS
-from ...process.standalone import standard_output_silenced
+from ...process.system import standard_output_silenced
 from ..animation import is_animated
 from ..facts import facts_of
 from ..instances import is_holder, shown_in, shown_objects

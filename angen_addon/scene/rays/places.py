@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from ....sensor_logic.model import Array
+from ..capture import Frames
 from .caster import RayCaster
-from .frames import Frames
 from .geometry import Surface
 
 

@@ -9,9 +9,9 @@ import numpy as np
 from mathutils import Vector
 
 from ....sensor_logic.model import Answers, Array, Index
+from ..capture import Capture, Frames
 from ..instances import Uid
 from .caster import Rays
-from .frames import Capture, Frames
 from .solids import Solids
 
 # Blender units. A ray that passes through an object starts again this far behind the hit. The

@@ -27,9 +27,9 @@ from ....sensor_logic.geometry.sweep import (
 )
 from ....sensor_logic.geometry.trees import TriangleTree
 from ....sensor_logic.model import Array
+from ..capture import Frames
 from ..instances import Uid
 from .caster import RayCaster
-from .frames import Frames
 from .geometry import Geometry, Surface
 from .reference import SceneRayCaster
 

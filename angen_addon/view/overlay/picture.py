@@ -22,7 +22,7 @@ from ...appearance.figures import Figure, surface_outline
 from ...appearance.reading_text import ACTIVE, ReadingText
 from ...runtime.live import live_of
 from ...runtime.sensor_runner import SensorRunner
-from ...runtime.trace import RaysMet, Trace
+from ...runtime.trace import CastRays, Trace
 from ...scene.sensors import Sensor, all_sensors, unit_scale
 from ...view import readings
 
@@ -289,7 +289,7 @@ class DrawnSensor:
         self._rays: tuple[Any, ...] = ()
         self._scan: tuple[Any, ...] = ()
         # By name of the drawing function and number of the bundle: the hits and their figure.
-        self._drawn: dict[tuple[str, int], tuple[RaysMet, Figure | None]] = {}
+        self._drawn: dict[tuple[str, int], tuple[CastRays, Figure | None]] = {}
 
     @property
     def selected(self) -> bool:
@@ -340,13 +340,13 @@ class DrawnSensor:
         The parameters are as for `follow`; `runner` is None while the sensor is not read. Return
         whether the sensor is switched on and can be read.
         """
-        if runner is not None and runner.steady and self._read_at == (runner, edits, metres):
+        if runner is not None and runner.reader.steady and self._read_at == (runner, edits, metres):
             return self.pose is not None
         self._read_at = runner, edits, metres
         read = None
         if runner is not None:
             with suppress(AngenError):
-                read = runner.read(depsgraph, edits)
+                read = runner.reader.read(depsgraph, edits)
         if read is None:
             self._reset(None, None)
         elif self.parameters is not read.parameters or self.pose is not read.pose:
@@ -370,7 +370,7 @@ class DrawnSensor:
         self.revision += 1
 
     def _bundle_figures(
-        self, draws: str, bundles: dict[int, RaysMet], metres: float
+        self, draws: str, bundles: dict[int, CastRays], metres: float
     ) -> list[Figure]:
         """Return the figures of ray bundles; make the figure of a bundle anew if its hits changed.
 
@@ -380,11 +380,11 @@ class DrawnSensor:
         hits by number of the bundle.
         """
         found = []
-        for number, met in bundles.items():
+        for number, cast in bundles.items():
             known = self._drawn.get((draws, number))
-            if known is None or known[0] is not met:
-                drawn = getattr(self.appearance, draws)(self, number, met, metres)
-                known = self._drawn[draws, number] = met, drawn
+            if known is None or known[0] is not cast:
+                drawn = getattr(self.appearance, draws)(self, number, cast, metres)
+                known = self._drawn[draws, number] = cast, drawn
             if known[1] is not None:
                 found.append(known[1])
         return found
@@ -449,7 +449,7 @@ class DrawnSensors:
         kept = live.places_are_kept(scene) and not edited
         for seen in self.seen:
             runner = live.runner(seen.uid)
-            if not kept or runner is None or seen.matrix is None or not runner.steady:
+            if not kept or runner is None or seen.matrix is None or not runner.reader.steady:
                 seen.place(depsgraph)
             if fields:
                 seen.follow(runner, depsgraph, live.edits, self.metres)

@@ -373,10 +373,10 @@ class RangeScan(Model):
         else:
             tilt = updates.numbers % len(fan)
             for one in sorted(set(tilt.tolist())):
-                which = np.flatnonzero(tilt == one)
+                indices = np.flatnonzero(tilt == one)
                 scans = range(one, one + 1)
-                found = self._changes(parameters, updates, one, scans, which, evidence)
-                change[which] = found[:, 0]
+                found = self._changes(parameters, updates, one, scans, indices, evidence)
+                change[indices] = found[:, 0]
         angle = np.asarray(tilt * parameters.vertical_step, np.float64)
         moved = self._output.run(
             updates.times,
@@ -395,29 +395,29 @@ class RangeScan(Model):
         updates: Updates,
         bundle: int,
         tilts: range,
-        which: Index,
+        indices: Index,
         evidence: ScanEvidence,
     ) -> Array:
         """Return the largest change of a range since the last scan at a tilt: (k, tilts) in m.
 
         The change is 0 if there was no scan at that tilt. Ranges are limited to range_min …
-        range_max. `which` (k,) has the indices of the updates to scan at. `bundle` is the number by
+        range_max. `indices` (k,) are those of the updates to scan at. `bundle` is the number by
         which the query `RAYS` identifies rays that are cast together. The evidence of these updates
         is added to `evidence`.
         """
         rays = self._rays.setdefault(tilts, PerPose(partial(_fan_rays, tilts)))(
             parameters, updates.pose
         )
-        answers = updates.ask(RAYS, bundle, *rays, which=which)
-        change = np.zeros((len(which), len(tilts)))
+        answers = updates.ask(RAYS, bundle, *rays, indices=indices)
+        change = np.zeros((len(indices), len(tilts)))
         last, newest = self._last.get(bundle), answers.table[-1]
         stays = len(answers.table) == 1 and last is not None and np.array_equal(last, newest)
         known = [self._previous.get(one) for one in tilts]
         if stays and not parameters.noise_sigma:
             old = stacked(known)
             assert old is not None
-            first, last = updates.numbers[which[[0, -1]]].tolist()
-            evidence.add(which, old, replace(old, number=first, pose=updates.pose), tilts)
+            first, last = updates.numbers[indices[[0, -1]]].tolist()
+            evidence.add(indices, old, replace(old, number=first, pose=updates.pose), tilts)
             self._keep(tilts, replace(old, number=last, pose=updates.pose))
             return change
         self._last[bundle] = np.array(newest)
@@ -426,32 +426,32 @@ class RangeScan(Model):
         ranges = np.where(ranges >= rays.reach, parameters.range_max, ranges + parameters.range_min)
         clean = ranges.reshape(len(ranges), len(tilts), -1)
         if parameters.noise_sigma > 0.0:
-            numbers = updates.numbers[which].tolist()
+            numbers = updates.numbers[indices].tolist()
             size = ranges.shape[1]
             noise = [updates.noise(k).normal(0.0, parameters.noise_sigma, size) for k in numbers]
-            ranges, rows = ranges[rows] + noise, np.arange(len(which))
+            ranges, rows = ranges[rows] + noise, np.arange(len(indices))
         ranges = np.minimum(np.maximum(ranges, parameters.range_min), parameters.range_max)
         scans = ranges.reshape(len(ranges), len(tilts), -1)
         other = np.flatnonzero(rows[1:] != rows[:-1]) + 1
         change[other] = np.abs(scans[rows[other]] - scans[rows[other - 1]]).max(axis=2)
 
         def scan(i: int) -> Scan:
-            number, now = int(updates.numbers[which[i]]), scans[rows[i]]
+            number, now = int(updates.numbers[indices[i]]), scans[rows[i]]
             solids = np.zeros(now.shape, np.intp)
             if answers.hits is not None:
-                solids = answers.hits[i].met.reshape(now.shape)
+                solids = answers.hits[i].solids.reshape(now.shape)
             return Scan(number, updates.pose, now, clean[answers.rows[i]], solids)
 
         first = scan(0)
         old = stacked(known, first)
         if old is not None:
             change[0] = np.abs(first.ranges - old.ranges).max(axis=1)
-        ends = [*other.tolist(), len(which)]
+        ends = [*other.tolist(), len(indices)]
         for begin, end in pairwise([0, *ends]):
             if begin:
                 first, old = scan(begin), scan(begin - 1)
-            evidence.add(which[begin:end], old, first, tilts)
-        self._keep(tilts, scan(len(which) - 1))
+            evidence.add(indices[begin:end], old, first, tilts)
+        self._keep(tilts, scan(len(indices) - 1))
         return change
 
     def _keep(self, tilts: range, scan: Scan) -> None:

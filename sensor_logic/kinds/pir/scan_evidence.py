@@ -142,16 +142,16 @@ class ScanEvidence:
         self._numbers = updates.numbers
         self._how = threshold, updates.name_of
 
-    def add(self, which: Index, old: Scan | None, new: Scan, tilts: range) -> None:
+    def add(self, indices: Index, old: Scan | None, new: Scan, tilts: range) -> None:
         """Set the evidence of successive updates that all have the scan `new` of some tilts.
 
-        `which` (k,) has the indices of the updates, and `old` is the scan before the first of them.
+        `indices` (k,) are those of the updates, and `old` is the scan before the first of them.
         """
         if old is not None and old.ranges.shape == new.ranges.shape:
             for name, value in compare_scans(old, new, tilts, *self._how).items():
-                self.columns[name][which[0]] = value
-        if len(which) > 1:
-            self.columns["ago"][which[1:]] = np.diff(self._numbers[which])
+                self.columns[name][indices[0]] = value
+        if len(indices) > 1:
+            self.columns["ago"][indices[1:]] = np.diff(self._numbers[indices])
 
 
 def stacked(scans: Sequence[Scan | None], new: Scan | None = None) -> Scan | None:

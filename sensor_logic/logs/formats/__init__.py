@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import datetime, timedelta
+from importlib.util import find_spec
 from pathlib import Path
 
 from ..error import InputError, replaced
@@ -65,6 +66,11 @@ class Format:
     is_folder: bool = False
     needs: str = ""
     seconds: tuple[int, int] | None = None
+
+    @property
+    def is_installed(self) -> bool:
+        """Whether the package that the format needs is installed."""
+        return not self.needs or find_spec(self.needs) is not None
 
     def write(self, log: Log) -> FormatFiles:
         """Return the contents of the files for a log in this format.

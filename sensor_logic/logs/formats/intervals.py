@@ -18,7 +18,7 @@ from datetime import datetime, timedelta
 from pathlib import Path
 from typing import NamedTuple
 
-from ..error import explained, replaced
+from ..error import decoded, explained
 from ..log import Event
 from .activities import ABOVE, ENDS, INTERVAL, LENGTH, STARTS, parsed_time, plain
 from .source import EPOCH, ParsedLog, RowTally, field_of
@@ -59,7 +59,7 @@ def read(path: Path) -> ParsedLog:
     The kinds of sensors are guessed from their types and names. Raise ValueError for an invalid
     line; the text names it.
     """
-    with replaced(f"{path} is not a text file in UTF-8", UnicodeDecodeError):
+    with decoded(path):
         lines = path.read_text(encoding="utf-8-sig").splitlines()
     found = ParsedLog([], has_states=False)
     left_out = RowTally("row", "left out")

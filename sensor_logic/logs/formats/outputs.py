@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from importlib.util import find_spec
 from pathlib import Path
 
 from ..error import InputError
@@ -14,7 +13,7 @@ from . import Format, FormatFiles
 
 def check_installed(target: Format) -> None:
     """Raise InputError if the package that a format needs is not installed."""
-    if target.needs and find_spec(target.needs) is None:
+    if not target.is_installed:
         raise InputError(
             f"{target.name} needs {target.needs}, which is not installed: "
             f"pip install {target.needs}, or choose another format"

@@ -171,17 +171,18 @@ def floor_map(home: Places) -> FloorMap:
 def play(home: Places, floor_map: FloorMap) -> Callable[..., Played]:
     """Act activities, `Name = steps` one per line, by the minutes at which each begins.
 
-    Steps are separated by commas, or a TOML array.
+    Steps are separated by commas, or a TOML array. Who rests keeps still, unless the line ends with
+    `while resting`.
 
-    They are acted in the small home, or in `places`.
+    They are acted in the small home, or in `places`. `head` is further text of the routine.
     """
 
     def played(
         activities: str, days: dict[str, list[tuple[float, str]]], day: int = 0, seed: int = 1,
         builds: dict[str, Build] | None = None, until: float = 1440.0,
-        places: Places | None = None,
+        places: Places | None = None, head: str = "",
     ) -> Played:  # fmt: skip
-        routine = file.read(routine_text(activities, list(days)), "week.toml")
+        routine = file.read(routine_text(activities, list(days), head), "week.toml")
         segments = []
         for person, begins in days.items():
             ends = [at for at, _ in begins[1:]] + [until]
@@ -194,15 +195,18 @@ def play(home: Places, floor_map: FloorMap) -> Callable[..., Played]:
     return played
 
 
-def routine_text(activities: str, people: list[str]) -> str:
+def routine_text(activities: str, people: list[str], head: str) -> str:
     lines = ["schema = 1", *(f'[person.{person}]\nbegins = "Away"' for person in people)]
+    lines += filter(None, [head])
     for line in filter(None, map(str.strip, activities.split("\n"))):
         name, _, steps = line.partition(" = ")
         do, _, meanwhile = steps.partition(" while ")
         quoted = ", ".join(f'"{step.strip()}"' for step in do.split(","))
         array = do if do.startswith("[") else f"[{quoted}]"
         lines.append(f"[activity.{name}]\ndo = {array}")
-        if meanwhile:
+        if not meanwhile:
+            lines.append("while = []")
+        elif meanwhile != "resting":
             movement, _, every = meanwhile.partition(" every ")
             lines.append(f'while = [{{ do = "{movement}", every = "{every}" }}]')
     return "\n".join(lines)

@@ -3,12 +3,17 @@
 
 from collections import Counter
 from collections.abc import Iterator
-from itertools import groupby
+from dataclasses import replace
+from itertools import groupby, pairwise
 
+import numpy as np
 import pytest
 from angen_sensors.residents.acting.activity_steps import DrawnSteps, read_activities
 from angen_sensors.residents.acting.day import _draw_steps
-from angen_sensors.residents.acting.places import Places
+from angen_sensors.residents.acting.places import TAP, USE, Place, Places
+from angen_sensors.residents.acting.timeline import openings_at
+from angen_sensors.residents.body.poses import palm
+from angen_sensors.residents.body.solve import solve
 from angen_sensors.residents.routine import file
 from angen_sensors.residents.routine.routine import DAY, Segment
 from angen_sensors.residents.routine.text import routine_text
@@ -22,6 +27,8 @@ HEAD = """schema = 1
 begins = "Cook"
 [activity.Cook]
 do = """
+# A thing on the sofa, and where one would stand before it.
+CUSHION = Place("Cushion", USE, np.array([7.5, 1.17, 0.0]), 1.57, np.array([7.5, 1.0, 0.7]), 0.7)
 # When each of three meals of a day begins, s since midnight.
 MEALS = (7 * 3600.0, 12 * 3600.0, 18 * 3600.0)
 
@@ -170,3 +177,110 @@ def test_an_activity_all_of_whose_steps_are_left_out_stays(play) -> None:
     day = play(f"Sleep = lie Bed\nCook = {cook}", plan)
     places = [(s.place, s.posture) for s in day.acted.where if s.end - s.start > 300]
     assert places == [("Bed", "lying"), ("", "away"), ("", "standing"), ("Bed", "lying")]
+
+
+def open_times(play, steps: str, head: str = "", times: int = 90) -> np.ndarray:
+    """Return for how long a leaf is open each time, s."""
+    spans = []
+    for seed in (1, 2):
+        day = play(
+            f'Cook = [{{ do = [{steps}], times = {times} }}]\nSleep = lie Bed',
+            {"anna": [(-1, "Sleep"), (10, "Cook"), (1400, "Sleep")]}, seed=seed, head=head,
+        )  # fmt: skip
+        swings = day.acted.swings["Drawer"]
+        assert len(swings) == 2 * times and all(s.start < s.end for s in swings)
+        assert all(a.end <= b.start for a, b in pairwise(swings))
+        spans += [b.end - a.start for a, b in zip(swings[::2], swings[1::2], strict=True)]
+    return np.array(spans)
+
+
+def test_a_leaf_is_open_as_long_as_a_real_fridge(play) -> None:
+    low, middle, high = np.quantile(
+        open_times(play, '"open Drawer for a while"'), (0.05, 0.5, 0.95)
+    )
+    # Measured: 2, 6 and 47 s. The standard error of the quantiles of 180 draws is up to 15 %.
+    assert np.log([low / 2, middle / 6, high / 47]) == pytest.approx(0, abs=0.35)
+
+
+def test_the_file_says_how_long_each_use_lasts(play) -> None:
+    head = '[uses]\nDrawer = { lasts = "20 s", varies = 0.0 }'
+    assert open_times(play, '"open Drawer for a while"', head, 5) == pytest.approx(20, abs=0.4)
+    assert open_times(play, '"open Drawer for 3 s"', head, 5) == pytest.approx(3, abs=0.1)
+    varied = open_times(play, '{ do = "open Drawer for 8 s", varies = 0.5 }', head)
+    assert np.std(np.log(varied)) == pytest.approx(0.5, abs=0.08)
+
+
+def test_a_leaf_that_was_open_for_a_while_is_shut_the_day_after(play) -> None:
+    lines = 'Cook = ["open Drawer for 8 s"]\nSleep = lie Bed'
+    plan = {"anna": [(-1, "Sleep"), (600, "Cook"), (700, "Sleep")]}
+    day = play(lines, plan, until=2880.0, day=1)
+    assert openings_at(day.acted.swings.get("Drawer", []), np.array([100.0]), 0.0) == 0.0
+
+
+def test_a_hand_stays_at_a_leaf_that_is_opened_briefly(play) -> None:
+    day = play('Look = [{ do = "open Door bedroom for 3 s", varies = 0.0 }]\nStand = go Corner',
+               {"anna": [(-1, "Stand"), (600, "Look"), (700, "Stand")]})  # fmt: skip
+    first, last = day.acted.swings["Door bedroom"]
+    assert last.end - first.start == pytest.approx(3.0) and last.after == 0.0
+    times = np.arange(first.start + 0.1, last.end, 0.1)
+    arms = solve(day.acted.bodies["anna"].poses(times))
+    handle = day.places.doors["Door bedroom"].handle_at
+    off = [
+        min(np.linalg.norm(palm(arms, side, 1.0)[k] - handle(float(wide))) for side in (0, 1))
+        for k, wide in enumerate(openings_at([first, last], times, 0.0))
+    ]
+    # Where the leaf is wide open, the hand follows as far as the arm reaches.
+    assert max(off) < 0.6 and off[0] < 0.15 and off[-1] < 0.15
+
+
+@pytest.mark.parametrize(
+    ("head", "told"),
+    [
+        ("[uses]\nDrawr = { varies = 0.5 }", "line 5: nothing is marked 'Drawr'; did you mean"),
+        ("[uses]\nDrawer = { vary = 0.5 }", "line 5: give 'lasts', 'varies' or both"),
+        ('[uses]\nDrawer = { lasts = "5 s", vary = 0.5 }', "line 5: the key 'vary' is unknown"),
+    ],
+)
+def test_what_is_wrong_with_uses_is_told_with_its_line(play, head: str, told: str) -> None:
+    with pytest.raises(InputError, match=rf"^week\.toml, {told}"):
+        play("Sleep = lie Bed", {"anna": [(-1, "Sleep")]}, head=head)
+
+
+def test_who_rests_moves_as_often_as_measured(play) -> None:
+    rest = {"anna": [(-5, "Rest")]}
+    nights = [play("Rest = lie Bed while resting", rest, seed=seed) for seed in range(8)]
+    hours = 24.0 * len(nights)
+    spans = sum(len(night.acted.bodies["anna"].moving()) for night in nights)
+    assert spans / hours == pytest.approx(4.6, rel=0.2)
+    clips = [clip for night in nights for clip in night.acted.bodies["anna"].clips]
+    turns = sum(not clip.still and abs(clip.end - clip.start - 2.6) < 1e-6 for clip in clips)
+    assert turns / hours == pytest.approx(1.6, rel=0.2)
+    seats = [play("Rest = sit Sofa while resting", rest, seed=seed) for seed in range(8)]
+    spans = sum(len(seat.acted.bodies["anna"].moving()) for seat in seats)
+    assert spans / hours == pytest.approx(7.8, rel=0.2)
+    # A routine that says how somebody rests is followed.
+    said = play("Rest = sit Sofa while shift every 600 min", rest)
+    assert len(said.acted.bodies["anna"].moving()) < 30
+
+
+def test_trunk_and_hands_move_at_work_and_as_at_that_place(play, home: Places) -> None:
+    places = {**home.places, "Washbasin": replace(home.places["Washbasin"], use=TAP)}
+    lines = ["Cook = use Stove 20 min", "Wash = use Washbasin 20 min",
+             "Type = sit Sofa, reach Cushion 20 min"]  # fmt: skip
+    plan = [(0, "Cook"), (60, "Wash"), (120, "Type"), (180, "Cook")]
+    day = play("\n".join(lines), {"anna": plan},
+               places=replace(home, places=places | {"Cushion": CUSHION}))  # fmt: skip
+    widths = {}
+    for name, start in (("Cook", 3), ("Wash", 63), ("Type", 123)):
+        times = np.arange(start * 60.0, start * 60.0 + 240, 0.5)
+        pose = day.acted.bodies["anna"].poses(times)
+        arms = solve(pose)
+        across = np.array([-np.sin(pose.heading[0]), np.cos(pose.heading[0]), 0.0])
+        hands = [(palm(arms, side, 1.0) @ across).std() for side in (0, 1)]
+        widths[name] = (
+            max(hands),
+            (arms.at["chest"] @ across).std(),
+            (arms.at["head"] @ across).std(),
+        )
+        assert 0.01 < widths[name][0] < 0.2 and 0.002 < widths[name][1] < 0.06, widths
+    assert widths["Cook"][0] > 1.5 * widths["Wash"][0]

@@ -25,16 +25,16 @@ from bpy.props import (
 from bpy.types import Context, Operator, PropertyGroup
 from bpy_extras.io_utils import ExportHelper
 
-from ..angen_addon.relative_path import RELATIVE_PATH, ChosenFile
-from ..angen_addon.scene.sensors import Sensor, all_sensors
-from ..angen_addon.view.active import active_sensor
-from ..parts import EXTRAS, install_command
-from ..sensor_logic import study_file
-from ..sensor_logic.kind import Kind
-from ..sensor_logic.logs.error import AngenError
-from ..sensor_logic.logs.files import write_files
-from ..sensor_logic.study_file import BETWEEN, COMMON, POSE, Vary
-from .polls import cancelled, needs
+from ...angen_addon.relative_path import RELATIVE_PATH, ChosenFile
+from ...angen_addon.scene.sensors import Sensor, all_sensors
+from ...angen_addon.view.active import active_sensor
+from ...operators.polls import cancelled, needs
+from ...parts import EXTRAS, install_command
+from ...sensor_logic.kind import Kind
+from ...sensor_logic.logs.error import AngenError
+from ...sensor_logic.logs.files import write_files
+from .. import study_file
+from ..study_file import BETWEEN, COMMON, POSE, Vary
 
 
 class AngenStudyVary(PropertyGroup):

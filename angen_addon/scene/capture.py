@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Batches of frames, with the poses and shapes of the moving solids at each frame.
+"""Read the evaluated scene frame by frame, into batches of frames that the sensors sense together.
+
+A batch has the poses and shapes of the moving solids at each frame, and the parameters and poses of
+the sensors. A run captures batches of many frames, and live sensors a batch of a single frame.
 
 Python code between two frames evicts Blender's data from the processor's caches: the next frame
 then takes two to three times as long. So each frame only copies the data that change, and arrays
@@ -8,14 +11,16 @@ are computed for many frames together.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ....sensor_logic.model import Array
-from .geometry import Surface, read_surface
-from .solids import Solids, invertible, matrices_of, pointers_of, world_bounds
+from ...sensor_logic.model import Array
+from .rays.geometry import Surface, read_surface
+from .rays.solids import Solids, invertible, matrices_of, pointers_of, world_bounds
+from .sensor_reader import Read, SensorReader
 
 Index = NDArray[np.intp]
 # The most frames in a batch, and the most bytes that their copies take.
@@ -24,7 +29,7 @@ MOST_BYTES = 1 << 26
 
 
 class Frames:
-    """Poses and shapes of the m moving solids (visible objects and instances) at k frames.
+    """A batch of k captured frames: the m moving solids (visible objects, instances) and sensors.
 
     All other solids keep their state in `Solids`.
 
@@ -40,6 +45,14 @@ class Frames:
         A number (k, m) that changes whenever the solid moves or changes shape.
     depsgraph
         The evaluated depsgraph of the whole scene at the last frame; None for an empty scene.
+    steps
+        The first step (k,) of each frame. A frame lasts until the first step of the next.
+    last
+        The last step of the last frame.
+    reads
+        What was read of the sensors that can change, by the index of the frame.
+    edits
+        The number of possible edits of the scene so far.
     column
         The index of each solid along the axis of length m, by its row in `Solids`.
     """
@@ -59,6 +72,10 @@ class Frames:
         self.column = {row: column for column, row in enumerate(rows.tolist())}
         # Surfaces at each frame, by row of the solids that change shape.
         self.surfaces: dict[int, list[Surface]] = {}
+        self.steps: Sequence[int] = ()
+        self.last = -1
+        self.reads: dict[tuple[SensorReader, int], Read | None] = {}
+        self.edits = 0
 
     @classmethod
     def unchanged(cls, solids: Solids, depsgraph: Any = None, count: int = 1) -> Frames:
@@ -71,6 +88,24 @@ class Frames:
 
     def __len__(self) -> int:
         return len(self.version)
+
+    def at(self, steps: Index) -> Index:
+        """Return the index (n,) of the frame at each step (n,)."""
+        return np.searchsorted(np.array(self.steps), steps, side="right") - 1
+
+    def part(self, steps: Index) -> Index:
+        """Return the part of the ascending `steps` (n,) that lies within the batch."""
+        return steps[slice(*np.searchsorted(steps, (self.steps[0], self.last + 1)))]
+
+    def reads_of(self, reader: SensorReader, frames: Index) -> list[Read | None]:
+        """Return the parameters and poses of a sensor at frames, given by index (n,).
+
+        They are a single item for all frames if the sensor was not read at each frame. It is read
+        now in that case. Raise AngenError if it cannot be read.
+        """
+        if (reader, int(frames[0])) not in self.reads:
+            return [reader.read(self.depsgraph, self.edits)]
+        return [self.reads[reader, frame] for frame in frames.tolist()]
 
     def show(self, solids: Solids, frame: int) -> None:
         """Set the moving solids in `solids` to their poses and shapes at a frame."""
@@ -87,7 +122,7 @@ class Frames:
 
 
 class Capture:
-    """Reads an evaluated scene frame by frame: copies its solids into batches, as `Frames`.
+    """Reads an evaluated scene frame by frame: its solids and sensors become batches, as `Frames`.
 
     Parameters
     ----------
@@ -98,6 +133,10 @@ class Capture:
     ----------
     solids
         The list of solids. It has their state at the last frame of the last finished batch.
+    steps
+        The first step of each frame so far.
+    last
+        The last step of the newest frame.
     """
 
     def __init__(self, solids: Solids, single: bool = False) -> None:
@@ -120,6 +159,10 @@ class Capture:
         self._bytes = 0
         # Whether the batch is one frame at which the solids were listed.
         self._is_new = False
+        self.steps: list[int] = []
+        self.last = -1
+        self._reads: dict[tuple[SensorReader, int], Read | None] = {}
+        self._edits = 0
 
     def __len__(self) -> int:
         return len(self._worlds)
@@ -133,10 +176,26 @@ class Capture:
         alone = self._is_new or self._single
         return alone or len(self) >= MOST_FRAMES or self._bytes >= MOST_BYTES
 
-    def read(self, depsgraph: Any) -> Frames:
-        """Return the present frame of an evaluated scene, as a batch of a single frame."""
+    @property
+    def edits(self) -> int:
+        """The number of possible edits of the scene so far; pure changes of frame do not count."""
+        return self.solids.edits + self._edits
+
+    def note_edits(self) -> None:
+        """Count a possible edit, because other code could have changed the scene.
+
+        Blender would report this edit only at the next evaluation.
+        """
+        self._edits += 1
+
+    def read(self, depsgraph: Any, step: int = 0) -> Frames:
+        """Return the present frame of an evaluated scene, as a batch of a single frame.
+
+        `step` is the step of the frame.
+        """
         if not self.add(depsgraph):
             self.add_first(depsgraph, depsgraph)
+        self.read_sensors([step], depsgraph, ())
         return self.finish(depsgraph)
 
     def add_first(self, depsgraph: Any, watched: Any) -> bool:
@@ -206,12 +265,45 @@ class Capture:
         self._bytes += world.nbytes + sum(surface.bytes for surface in shapes.values())
         return True
 
+    def read_sensors(
+        self, steps: Sequence[int], depsgraph: Any, readers: Sequence[SensorReader]
+    ) -> list[Read | None]:
+        """Read sensors at the frame that was copied last, and return what was read.
+
+        Parameters
+        ----------
+        steps
+            The steps between which nothing changes, for which this frame serves.
+        depsgraph
+            The depsgraph of the whole scene.
+        readers
+            The sensors whose parameters or poses can change. Others are read once for the batch.
+
+        Raises
+        ------
+        AngenError
+            If a sensor cannot be read. The frames before are still part of the batch.
+        """
+        frame = len(self.steps)
+        reads = {(one, frame): one.read(depsgraph, self.edits) for one in readers}
+        self._reads |= reads
+        self.steps.append(steps[0])
+        self.last = steps[-1]
+        return list(reads.values())
+
     def finish(self, depsgraph: Any) -> Frames:
         """Return the copied frames, start a new batch, and set the solids to the last frame.
 
         `depsgraph` is the depsgraph of the whole scene, which must be at the last frame unless all
         sensors read only what was copied.
         """
+        frames = self._copied_solids(depsgraph)
+        frames.steps, frames.last, frames.edits = self.steps, self.last, self.edits
+        frames.reads, self._reads = self._reads, {}
+        self.steps, self.last = [], -1
+        return frames
+
+    def _copied_solids(self, depsgraph: Any) -> Frames:
         solids, count = self.solids, len(self)
         if not count:
             self._is_new = False

@@ -12,9 +12,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from .kind import Kind
-from .kinds import KINDS
-from .parameters import Spec, specs
+from ..sensor_logic.kind import Kind
+from ..sensor_logic.kinds import KINDS
+from ..sensor_logic.parameters import Spec, specs
 
 # A study moves a sensor along the home's axes (m) and turns it about the sensor's axes (rad).
 POSE = ("move_x", "move_y", "move_z", "turn_x", "turn_y", "turn_z")

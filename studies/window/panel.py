@@ -6,12 +6,12 @@ from __future__ import annotations
 import bpy
 from bpy.types import Context, Menu, Panel
 
-from ..angen_addon.appearance.panel_parts import ClosedSidebar, draw_lines
-from ..angen_addon.view.active import active_sensor
-from ..operators.study import command, vary_of
-from ..parts import installation
-from ..sensor_logic import study_file
-from ..sensor_logic.logs.wording import plural
+from ...angen_addon.appearance.panel_parts import ClosedSidebar, draw_lines
+from ...angen_addon.view.active import active_sensor
+from ...parts import installation
+from ...sensor_logic.logs.wording import plural
+from .. import study_file
+from .operators import command, vary_of
 
 
 class ANGEN_MT_study_vary(Menu):

@@ -119,7 +119,7 @@ class FlowSensor(Model):
         history.observe(updates)
         times, spans = updates.times[updates.due], flow_spans(parameters, history.uses)
         rate = parameters.flow_rate * device_error(parameters.accuracy, updates)
-        flow: Array = rate * is_within(spans, times)
+        flow: Array = np.where(is_within(spans, times), rate, 0.0)
         is_on = is_within(spans, times - parameters.response_time) & (rate >= parameters.min_flow)
         if parameters.noise_sigma > 0.0:
             numbers = updates.numbers[updates.due].tolist()

@@ -13,6 +13,7 @@ from bl_ext.user_default.angen_sensors.angen_addon.explain.explain import explai
 from bl_ext.user_default.angen_sensors.angen_addon.layout.apply import apply_layout
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.sensor_runner import SensorRunner
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.time_base import clock_of
+from bl_ext.user_default.angen_sensors.angen_addon.scene.sensor_reader import SensorReader
 from day_home import part
 from mathutils import Vector
 from panel_layout import drawn
@@ -119,13 +120,13 @@ def test_what_nobody_uses_costs_no_reading_of_the_scene(world, monkeypatch):
     sensor = world.sensors()[0]
     runner = SensorRunner(sensor, clock_of(world.scene))
     assert not runner.senses_between
-    read, times = SensorRunner.read, []
+    read, times = SensorReader.read, []
 
     def noted(self, *given):
         times.append(given)
         return read(self, *given)
 
-    monkeypatch.setattr(SensorRunner, "read", noted)
+    monkeypatch.setattr(SensorReader, "read", noted)
     recording = world.run(1, 60)
     assert rows(world, recording, "flow", "flowing") == [(1.0, "0")]
     assert len(times) < 5

@@ -38,7 +38,7 @@ def sensed(model, parameters, uses, until, rate=1.0, steps=10, parts=1, name="To
     numbers = np.ceil(np.round(times * rate, 6)).astype(int)
     found = []
     for part in np.array_split(every, parts):
-        scene = {USES: lambda *, which=None, part=part: Answers(table, used[part])}
+        scene = {USES: lambda *, indices=None, part=part: Answers(table, used[part])}
         updates = Updates(
             numbers[part],
             times[part],

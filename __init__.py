@@ -19,11 +19,13 @@ _registered: list[Any] = []
 def register() -> None:
     """Register all modules; Blender calls this function."""
     from .angen_addon.process import exit_cleanup
+    from .angen_addon.translations.interface import prepare_classes
     from .parts import MODULES, part, runs_here
 
     for name in MODULES:
         if runs_here(name):
             module = part(name)
+            prepare_classes()
             module.register()
             _registered.append(module)
     exit_cleanup.unregister_at_exit(unregister)

@@ -16,10 +16,12 @@ from typing import Any
 # Each module has `register` and `unregister`. Later modules may need earlier ones, and panels come
 # in the order of the sidebar.
 MODULES = (
+    "angen_addon.translations.interface",
     "angen_addon.properties",
     "residents.blender.marks",
     "residents.blender.settings",
     "angen_addon.view.active",
+    "angen_addon.appearance.help",
     "angen_addon.appearance.pixel_icons",
     "angen_addon.view.overlay.settings",
     "angen_addon.view.overlay.hover",

@@ -22,6 +22,8 @@ from ..sensor_logic.parameters import READING, Parameters, Spec, defaults, specs
 from .runtime import handlers
 from .scene.lengths import OVERRIDABLE, SUBTYPES, property_group, with_unit
 from .scene.sensors import known_rooms
+from .translations.dictionary import CONTEXT
+from .translations.interface import in_context
 
 # Decimals in the interface by unit, where the usual three are too few or too many.
 PRECISIONS = {"m": 4, "m²": 6, "Ω": 0, "lx": 2, READING: 2}
@@ -391,6 +393,7 @@ def register() -> None:
             group = OWNER_GROUPS[made.attribute]
             setattr(owner, made.attribute, PointerProperty(type=group, override=OVERRIDABLE))
     Object.angen_ignored = BoolProperty(
+        translation_context=CONTEXT,
         name="Ignored by sensors",
         description="Hide this object from all sensors, for example a box that marks a room",
         options=set(),
@@ -398,7 +401,7 @@ def register() -> None:
         override=OVERRIDABLE,
     )
     for name, prop in SCENE.items():
-        setattr(Scene, name, prop)
+        setattr(Scene, name, in_context(prop))
 
 
 def unregister() -> None:

@@ -9,18 +9,19 @@ from bpy.types import Context
 
 from ..angen_addon.runtime.running import is_running
 from ..angen_addon.scene.instances import is_sensor, stands_for
+from ..angen_addon.translations.interface import translated
 
 
 def needs(operator: Any, condition: Any, message: str) -> bool:
     """Return whether a condition holds; if it does not, set `message` as the poll message."""
     if not condition:
-        operator.poll_message_set(message)
+        operator.poll_message_set(translated(message))
     return bool(condition)
 
 
 def cancelled(operator: Any, problem: Any) -> set[str]:
     """Report `problem` as an error, and return {"CANCELLED"}."""
-    operator.report({"ERROR"}, str(problem))
+    operator.report({"ERROR"}, translated(str(problem)))
     return {"CANCELLED"}
 
 

@@ -12,6 +12,8 @@ from ...sensor_logic import progress
 from ...sensor_logic.logs.wording import capital
 from ..scene.lengths import SPEED, in_units, with_unit
 from ..scene.sensors import unit_scale
+from ..translations.interface import translated
+from .help import WINDOW, draw_help
 
 # Mean width of a letter of Blender's interface font, in pixels at scale 1.
 WIDTH_OF_LETTER = 6.2
@@ -26,11 +28,19 @@ NARROW = 230
 
 
 class Sidebar:
-    """Mix-in of panels in the tab "Sensors" of the 3D view's sidebar."""
+    """Mix-in of panels in the tab "Sensors" of the 3D view's sidebar.
+
+    `help_page` is the page of the documentation that the button in the panel's header opens.
+    """
 
     bl_space_type = "VIEW_3D"
     bl_region_type = "UI"
     bl_category = "Sensors"
+    help_page = WINDOW
+    layout: Any
+
+    def draw_header_preset(self, _context: Any) -> None:
+        draw_help(self.layout, self.help_page)
 
 
 class ClosedSidebar(Sidebar):
@@ -80,13 +90,14 @@ def draw_lines(layout: Any, text: str, icon: str, click: tuple[str, int] | None 
     scale = bpy.context.preferences.system.ui_scale or 1.0
     letters = max(20, int(width / (WIDTH_OF_LETTER * scale)) - MARGIN_LETTERS)
     box = layout.box().column(align=True)
-    for line in textwrap.wrap(text, letters, break_on_hyphens=False):
+    for line in textwrap.wrap(translated(text), letters, break_on_hyphens=False):
         if click is None:
-            box.label(text=line, icon=icon)
+            box.label(text=line, icon=icon, translate=False)
         else:
             row = box.row()
             row.alignment = "LEFT"
-            row.operator(click[0], text=line, icon=icon, emboss=False).index = click[1]
+            button = row.operator(click[0], text=line, translate=False, icon=icon, emboss=False)
+            button.index = click[1]
         icon = "BLANK1"
     return box
 

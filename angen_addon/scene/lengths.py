@@ -17,6 +17,7 @@ from bpy.types import PropertyGroup
 
 from ...sensor_logic.logs.wording import METRES, Lengths
 from ...sensor_logic.parameters import READING
+from ..translations.dictionary import CONTEXT
 from .sensors import unit_scale
 
 # By the identifiers of a scene's length unit in Blender.
@@ -71,7 +72,7 @@ def property_group(name: str, properties: dict[str, Any], **common: Any) -> type
     """
     annotations = {}
     for key, prop in properties.items():
-        facts = {**common, **prop.keywords}
+        facts = {"translation_context": CONTEXT, **common, **prop.keywords}
         annotations[key] = prop.function(**facts)
         if facts.get("subtype") == SUBTYPES["m"]:
             tip, precision = facts["description"], facts.get("precision", 3)
@@ -96,6 +97,7 @@ def length_in_units(
     return FloatProperty(
         name=label,
         description=tip,
+        translation_context=CONTEXT,
         unit=unit,
         min=0.0,
         precision=precision,

@@ -10,6 +10,7 @@ from bpy.types import WindowManager
 
 from ..scene.instances import SensorFinder, is_holder, is_sensor, stands_for
 from ..scene.sensors import Sensor, sensor_of
+from ..translations.dictionary import CONTEXT
 
 
 def active_sensor(context: Any) -> Sensor | None:
@@ -33,7 +34,9 @@ def active_sensor(context: Any) -> Sensor | None:
 
 def register() -> None:
     WindowManager.angen_instanced = StringProperty(
-        name="Sensor in an Instance", description="The sensor of a collection instance shown last"
+        translation_context=CONTEXT,
+        name="Sensor in an Instance",
+        description="The sensor of a collection instance shown last",
     )
 
 

@@ -14,6 +14,7 @@ from mathutils import Matrix, Vector
 from ...angen_addon.runtime.running import is_running
 from ...angen_addon.scene import memory
 from ...angen_addon.scene.sensors import unit_scale
+from ...angen_addon.translations.dictionary import CONTEXT
 from ...angen_addon.view.overlay.settings import redraw_views
 from ...sensor_logic.logs.error import AngenError
 from ...sensor_logic.model import Array
@@ -173,6 +174,7 @@ _handles: list[Any] = []
 
 def register() -> None:
     bpy.types.Scene.angen_show_places = BoolProperty(
+        translation_context=CONTEXT,
         name="Show Places",
         description="Draw arrows for all marked places of residents, and how doors swing. If off, "
         "draw them only for selected objects. Switching off Show in View hides them "

@@ -1,0 +1,174 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Show the interface in Blender's language, from the dictionaries beside this file.
+
+All texts have a context of their own. So Blender's dictionary, in which a word can mean another
+thing, does not translate them. Blender translates labels and tips, and `translated` the texts that
+panels draw and operators report. Logs, and what verbs print, are always English.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Callable, Iterator
+from functools import cache, partial, wraps
+from pathlib import Path
+from typing import Any
+
+import bpy
+from bpy.types import Menu, Operator, Panel, PropertyGroup, UILayout
+
+from .dictionary import CONTEXT, HOLE, LABEL, Entry, read
+
+# Blender's own context, in which it looks for tips and tabs.
+EVERYWHERE = "*"
+FOLDER = Path(__file__).parent
+PACKAGE = __name__.removesuffix(".angen_addon.translations.interface")
+DRAWING = ("draw", "draw_header", "draw_header_preset")
+# What a template must have besides its holes, so that it does not match every text.
+LETTERS = 4
+
+
+def language() -> str:
+    """Return the language of the interface, such as "de"."""
+    return str(bpy.app.translations.locale or "en")[:2]
+
+
+@cache
+def _entries(code: str) -> tuple[Entry, ...]:
+    path = FOLDER / f"{code}.po"
+    return tuple(e for e in read(path) if e.translation) if path.exists() else ()
+
+
+# Reading a dictionary takes 10 ms, and panels are drawn many times a second.
+@cache
+def _texts(code: str) -> dict[str, str]:
+    return {entry.text: entry.translation for entry in _entries(code)}
+
+
+@cache
+def _templates(code: str) -> list[tuple[re.Pattern[str], str]]:
+    """Return the texts with holes as patterns, those with the most letters first."""
+    found = [e for e in _entries(code) if HOLE in e.text and _letters(e.text) >= LETTERS]
+    found.sort(key=lambda entry: -_letters(entry.text))
+    return [
+        (re.compile("(.+?)".join(map(re.escape, e.text.split(HOLE))), re.DOTALL), e.translation)
+        for e in found
+    ]
+
+
+def _letters(text: str) -> int:
+    return sum(letter.isalpha() for letter in text)
+
+
+def translated(text: str) -> str:
+    """Return a text in the language of the interface; texts without a translation stay."""
+    code = language()
+    known = _texts(code)
+    if not known or not text:
+        return text
+    return known.get(text) or _composed(text, code) or text
+
+
+@cache
+def _composed(text: str, code: str) -> str:
+    """Return the translation of a text that is made of a known one and of values; or ""."""
+    known = _texts(code)
+    label, _, unit = text.rpartition(" (")
+    if unit.endswith(")") and label in known:
+        return f"{known[label]} ({unit}"
+    for pattern, template in _templates(code):
+        if found := pattern.fullmatch(text):
+            values = (known.get(v) or _composed(v, code) or v for v in found.groups())
+            return template.format(*values) if template.count(HOLE) else template
+    return ""
+
+
+class TranslatedLayout:
+    """A `UILayout` whose texts are translated, unless `translate` is False."""
+
+    def __init__(self, layout: Any) -> None:
+        object.__setattr__(self, "layout_in_english", layout)
+
+    def __getattr__(self, name: str) -> Any:
+        found = getattr(self.layout_in_english, name)
+        return partial(_draw_translated, found) if callable(found) else found
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        setattr(self.layout_in_english, name, value)
+
+
+def _draw_translated(function: Callable[..., Any], *arguments: Any, **facts: Any) -> Any:
+    shown = {key: facts[key] for key in ("text", "heading") if facts.get(key)}
+    if shown and facts.get("translate", True):
+        facts |= {key: translated(text) for key, text in shown.items()} | {"translate": False}
+    found = function(*arguments, **facts)
+    if isinstance(found, tuple):
+        return tuple(TranslatedLayout(one) if one is not None else None for one in found)
+    return TranslatedLayout(found) if isinstance(found, UILayout) else found
+
+
+class _Translated:
+    """A panel, menu or operator while it draws; its layout translates."""
+
+    def __init__(self, owner: Any) -> None:
+        self._owner = owner
+        self.layout = TranslatedLayout(owner.layout)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._owner, name)
+
+
+def _translating(draw: Callable[..., None]) -> Callable[..., None]:
+    @wraps(draw)
+    def translating(self: Any, context: Any) -> None:
+        draw(_Translated(self) if _texts(language()) else self, context)
+
+    return translating
+
+
+def in_context(prop: Any) -> Any:
+    """Return a bpy property, of which Blender looks for texts in the extension's context."""
+    prop.keywords.setdefault("translation_context", CONTEXT)
+    return prop
+
+
+def prepare_classes() -> None:
+    """Give the extension's classes, before their registration, its context and translated texts."""
+    for cls in (c for base in (Panel, Menu, Operator, PropertyGroup) for c in _below(base)):
+        own = vars(cls).get("__annotations__", {})
+        for name, prop in own.items():
+            if isinstance(prop, str) and "Property(" in prop:
+                # A postponed annotation, which Blender evaluates in the same way.
+                own[name] = prop = eval(prop, vars(sys.modules[cls.__module__]))
+            if hasattr(prop, "keywords"):
+                in_context(prop)
+        if issubclass(cls, PropertyGroup) or "bl_translation_context" in vars(cls):
+            continue
+        cls.bl_translation_context = CONTEXT
+        for name in DRAWING:
+            if hasattr(cls, name):
+                setattr(cls, name, _translating(getattr(cls, name)))
+
+
+def _below(base: type) -> Iterator[Any]:
+    for cls in base.__subclasses__():
+        if cls.__module__.startswith(f"{PACKAGE}."):
+            yield cls
+        yield from _below(cls)
+
+
+def register() -> None:
+    """Give Blender all dictionaries."""
+    found: dict[str, dict[tuple[str, str], str]] = {}
+    for path in FOLDER.glob("*.po"):
+        entries = _entries(path.stem)
+        found[path.stem] = {(CONTEXT, e.text): e.translation for e in entries}
+        found[path.stem] |= {
+            (EVERYWHERE, e.text): e.translation for e in entries if e.what != LABEL
+        }
+    bpy.app.translations.register(__name__, found)
+
+
+def unregister() -> None:
+    bpy.app.translations.unregister(__name__)

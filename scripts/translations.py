@@ -1,0 +1,141 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Renew the dictionaries of the interface in angen_addon/translations from the source.
+
+A dictionary has each text of the interface, with a translation or an empty one. This script adds
+the new texts, removes those that are gone, and keeps all translations:
+
+    python scripts/translations.py
+"""
+
+from __future__ import annotations
+
+import ast
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT))
+
+from angen_addon.translations.dictionary import (  # noqa: E402
+    HOLE,
+    LABEL,
+    MESSAGE,
+    TAB,
+    TIP,
+    Entry,
+    read,
+    written,
+)
+from sensor_logic.kinds import KINDS  # noqa: E402
+from sensor_logic.parameters import specs  # noqa: E402
+
+FOLDER = ROOT / "angen_addon" / "translations"
+SOURCES = ("angen_addon", "operators", "panels", "residents")
+# The attributes of classes, and the keywords of calls, that are texts of the interface.
+ATTRIBUTES = {"bl_label": LABEL, "bl_category": TAB, "bl_description": TIP}
+OF_PROPERTY = {"name": LABEL, "description": TIP}
+OF_LAYOUT = {"text": LABEL, "heading": LABEL}
+LAYOUTS = ("label", "operator", "prop", "menu", "popover", "progress", "column", "row", "draw_row")
+# The positions of texts in calls of functions, by the function's name.
+ARGUMENTS = {
+    "draw_lines": {1: MESSAGE},
+    "draw_property": {4: LABEL},
+    "draw_row": {1: LABEL, 2: MESSAGE},
+    "needs": {2: MESSAGE},
+    "cancelled": {1: MESSAGE},
+    "report": {1: MESSAGE},
+    "translated": {0: MESSAGE},
+}
+
+
+def texts() -> dict[str, str]:
+    """Return the texts of the interface, each with what it is: label, tip or message."""
+    found: dict[str, str] = {}
+    for text, what in [*_of_source(), *_of_kinds()]:
+        if any(letter.isalpha() for letter in text.replace(HOLE, "")):
+            # What Blender looks for in its own context must not be a mere label here.
+            found[text] = what if found.get(text, LABEL) == LABEL else found[text]
+    return found
+
+
+def _of_kinds() -> Iterator[tuple[str, str]]:
+    for kind in KINDS.values():
+        yield from ((kind.label, LABEL), (kind.tip, TIP), (kind.active_label, LABEL))
+        yield kind.idle_label, LABEL
+        for spec in specs(kind.parameters).values():
+            yield from ((spec.label, LABEL), (spec.short, LABEL), (spec.tip, TIP))
+            yield from ((label, LABEL) for _, *labels in spec.other_labels for label in labels)
+            for choice in spec.choices:
+                yield from ((choice.label, LABEL), (choice.tip, TIP))
+
+
+def _of_source() -> Iterator[tuple[str, str]]:
+    for folder in SOURCES:
+        for path in sorted((ROOT / folder).rglob("*.py")):
+            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+                yield from _of_node(node)
+
+
+def _of_node(node: ast.AST) -> Iterator[tuple[str, str]]:
+    if isinstance(node, ast.ClassDef):
+        for one in node.body:
+            if isinstance(one, ast.Assign) and isinstance(one.targets[0], ast.Name):
+                what = ATTRIBUTES.get(one.targets[0].id)
+                yield from _constants(one.value, what) if what else ()
+    if isinstance(node, (ast.List, ast.Tuple)):
+        yield from _of_items(node)
+    if not isinstance(node, ast.Call):
+        return
+    name = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
+    keywords = OF_PROPERTY if name.endswith("Property") else OF_LAYOUT if name in LAYOUTS else {}
+    for keyword in node.keywords:
+        if keyword.arg in keywords:
+            yield from _constants(keyword.value, keywords[keyword.arg])
+    if name == "plural" and isinstance(noun := node.args[-1], ast.Constant):
+        yield from ((f"{HOLE} {noun.value}s", MESSAGE), (f"1 {noun.value}", MESSAGE))
+    for position, what in ARGUMENTS.get(name, {}).items():
+        if position < len(node.args):
+            yield from _constants(node.args[position], what)
+
+
+def _of_items(node: ast.List | ast.Tuple) -> Iterator[tuple[str, str]]:
+    """Yield the labels and tips of the items of an enumeration: (identifier, label, tip, …)."""
+    for item in node.elts:
+        if not isinstance(item, ast.Tuple) or not 3 <= len(item.elts) <= 5:
+            continue
+        parts = [part.value for part in item.elts[1:3] if isinstance(part, ast.Constant)]
+        last = item.elts[-1]
+        if (
+            len(parts) == 2
+            and all(isinstance(part, str) for part in parts)
+            and (
+                len(item.elts) == 3
+                or (isinstance(last, ast.Constant) and isinstance(last.value, int))
+            )
+        ):
+            yield from ((parts[0], LABEL), (parts[1], TIP))
+
+
+def _constants(node: ast.expr, what: str) -> Iterator[tuple[str, str]]:
+    """Yield the texts that an expression can be, with {} for what is put into them."""
+    if isinstance(node, ast.Constant) and isinstance(node.value, str):
+        yield node.value, what
+    elif isinstance(node, ast.JoinedStr):
+        parts = (p.value if isinstance(p, ast.Constant) else HOLE for p in node.values)
+        yield "".join(parts), what
+    elif isinstance(node, ast.IfExp):
+        yield from (*_constants(node.body, what), *_constants(node.orelse, what))
+
+
+def renewed(path: Path) -> str:
+    """Return the text of a dictionary with the texts of the source."""
+    before = {entry.text: entry.translation for entry in read(path)}
+    return written(Entry(t, before.get(t, ""), what) for t, what in texts().items())
+
+
+if __name__ == "__main__":
+    for file in sorted(FOLDER.glob("*.po")):
+        file.write_text(renewed(file), encoding="utf-8")
+        empty = sum(not entry.translation for entry in read(file))
+        print(f"{file.name}: {len(texts())} texts, {empty} not translated")

@@ -31,7 +31,7 @@ from sensor_logic.kinds import KINDS  # noqa: E402
 from sensor_logic.parameters import specs  # noqa: E402
 
 FOLDER = ROOT / "angen_addon" / "translations"
-SOURCES = ("angen_addon", "operators", "panels", "residents")
+SOURCES = ("angen_addon", "operators", "panels", "residents", "studies/window")
 # The attributes of classes, and the keywords of calls, that are texts of the interface.
 ATTRIBUTES = {"bl_label": LABEL, "bl_category": TAB, "bl_description": TIP}
 OF_PROPERTY = {"name": LABEL, "description": TIP}

@@ -29,7 +29,6 @@ from ...angen_addon.relative_path import RELATIVE_PATH, ChosenFile
 from ...angen_addon.scene.sensors import Sensor, all_sensors
 from ...angen_addon.view.active import active_sensor
 from ...operators.polls import cancelled, needs
-from ...parts import EXTRAS, install_command
 from ...sensor_logic.kind import Kind
 from ...sensor_logic.logs.error import AngenError
 from ...sensor_logic.logs.files import write_files
@@ -228,19 +227,6 @@ class ANGEN_OT_study_command(Operator):
         return {"FINISHED"}
 
 
-class ANGEN_OT_study_install(Operator):
-    bl_idname = "angen.study_install"
-    bl_label = "Copy Installation"
-    bl_description = (
-        "Copy the command that installs the Python package with its studies, for a terminal. "
-        "Blender's extension has no studies"
-    )
-
-    def execute(self, context: Context) -> set[str]:
-        context.window_manager.clipboard = install_command(EXTRAS["studies"])
-        return {"FINISHED"}
-
-
 class ANGEN_OT_study_report(Operator):
     bl_idname = "angen.study_report"
     bl_label = "Open Report"
@@ -266,7 +252,6 @@ _register, _unregister = bpy.utils.register_classes_factory(
         ANGEN_OT_study_leave,
         ANGEN_OT_study_write,
         ANGEN_OT_study_command,
-        ANGEN_OT_study_install,
         ANGEN_OT_study_report,
     )
 )

@@ -91,9 +91,7 @@ def table(
             both = zip(found["simulated days"], found[name], strict=True)
             row("**simulated against the control**", [change(ours, rule) for ours, rule in both])
     whole = one_left_out(real, sensors, min(seeds, 3))
-    print(
-        f"\nAll real days but one, tried on that one, each in turn: {figure(whole)}\n", flush=True
-    )
+    print(f"\nEach real day, tried on what all others teach: {figure(whole)}\n", flush=True)
 
 
 def one_left_out(real: Sequence[Day], sensors: Sequence[str], seeds: int) -> np.ndarray:

@@ -100,7 +100,8 @@ class UseReader:
 
     def finish(self) -> None:
         """Answer queries about the frames that were read since the last call."""
-        self._shown = np.array(self._noted, np.intp).reshape(len(self._noted), -1)
+        shape = len(self._noted), len(self._sensors)
+        self._shown = np.array(self._noted, np.intp).reshape(shape)
         self._noted = []
 
     def at(self, sensor: Sensor, frames: Index, depsgraph: Any) -> Answers:

@@ -80,7 +80,13 @@ def _check_with(tool: list[str], target: Path) -> None:
             ["build", "--source-dir", str(ROOT), "--output-filepath", str(built)],
             ["validate", str(target)],
         ):
-            done = subprocess.run([*tool, *arguments], capture_output=True, text=True, check=False)
+            done = subprocess.run(
+                [*tool, *arguments],
+                capture_output=True,
+                encoding="utf-8",
+                errors="replace",
+                check=False,
+            )
             if done.returncode != 0:
                 raise ValueError(f"{arguments[0]} failed\n{done.stdout}{done.stderr}")
         ours, theirs = contents(target), contents(built)

@@ -23,7 +23,6 @@ from ..scene.rays.reference import SceneRayCaster
 from ..scene.rays.sweep import Sweeper
 from ..scene.sensors import Sensor, unit_scale
 from ..scene.surfaces import SURFACES
-from ..scene.uses import UseReader
 from .edits import EDITS
 
 
@@ -54,8 +53,6 @@ class Probes:
         The probes for the properties of the surfaces that rays hit, by the names of the queries.
     sweeper
         Computes what crosses a beam between two steps.
-    uses
-        Reads which objects are in use at stored frames.
     places
         Reads the places of solids (objects that rays can hit) at captured frames.
     names
@@ -72,7 +69,6 @@ class Probes:
         self.surfaces = {need: probe(self._exact) for need, probe in SURFACES.items()}
         self.sweeper = Sweeper(self.caster)
         self.places = PlaceReader(self._exact)
-        self.uses = UseReader()
         self._solids = self.caster.solids
         self._contacts = ContactTracker(self._solids)
         self.names: dict[int, str] = {}
@@ -89,7 +85,7 @@ class Probes:
         """Set the sensors; the probes prepare only data that these sensors need."""
         found = list(sensors)
         self._contacts.pads = [Pad(s.uid, s.object) for s in found if s.kind.requires_forces]
-        self.uses.watch(found)
+        self.capture.watch_uses(found)
 
     def look(self, depsgraph: Any, step: int = 0) -> None:
         """Read the present frame of the evaluated scene, as a batch of this frame alone.
@@ -97,7 +93,6 @@ class Probes:
         `step` is the step of the frame.
         """
         self._show(self.capture.read(depsgraph, step))
-        self.uses.look(depsgraph)
 
     def expect_light(self, is_asked: bool) -> None:
         """Set whether light will be measured (`is_asked`) at the frame that is evaluated next."""
@@ -134,7 +129,6 @@ class Probes:
         `depsgraph` is the evaluated depsgraph of the scene, at the last of these frames.
         """
         self._show(self.capture.finish(depsgraph))
-        self.uses.finish()
 
     def _show(self, frames: Frames) -> None:
         self.frames = frames

@@ -21,12 +21,13 @@ from ...sensor_logic.clock import Clock, Schedule
 from ...sensor_logic.forces.world import PadForces
 from ...sensor_logic.geometry.sweep import RayCrossings
 from ...sensor_logic.kind import CROSSINGS, FORCES, LIGHT, POSES, RAYS, USES
-from ...sensor_logic.logs.error import AngenError
+from ...sensor_logic.logs.error import AngenError, explained
 from ...sensor_logic.model import (
     Answers,
     Array,
     Index,
     LightSample,
+    ObjectUse,
     PadContact,
     Pose,
     Reading,
@@ -43,9 +44,9 @@ from ..scene.light.views import view_rays
 from ..scene.rays.caster import RayCaster
 from ..scene.rays.sweep import TOLERANCE, SweptRays
 from ..scene.sensor_reader import Read, SensorReader
-from ..scene.sensors import Sensor, decimal, read_parameters
+from ..scene.sensors import NotPlaced, Sensor, decimal, read_parameters
 from ..scene.surfaces import SURFACES
-from ..scene.uses import keyed_uses, may_change
+from ..scene.uses import check_watched, keyed_uses, may_change, watched_object
 from .probes import Probes
 from .trace import CAST, CastRays, PlacedStep, Query, Swept, Trace
 
@@ -137,7 +138,16 @@ def answer_uses(query: Query, indices: Index | None = None) -> Answers:
     `indices` is as for `answer_ranges`.
     """
     frames = query.frames if indices is None else query.frames[indices]
-    return query.probes.uses.at(query.sensor, frames, query.probes.frames.depsgraph)
+    sensor, captured = query.sensor, query.probes.frames
+    with explained(f"'{sensor.name}'", NotPlaced, raised=AngenError):
+        check_watched(sensor, captured.depsgraph)
+    watched, used = watched_object(sensor), captured.used.get(sensor.name)
+    if watched is None:
+        return Answers([None], np.zeros(len(frames), np.intp))
+    table = [ObjectUse(watched.name, False), ObjectUse(watched.name, True)]
+    if used is None:
+        return Answers(table, np.full(len(frames), int(watched.angen_use.in_use)))
+    return Answers(table, used[frames].astype(np.intp))
 
 
 def answer_crossings(

@@ -289,7 +289,7 @@ class Stage:
         stored.
         """
         self._capture.note_edits()
-        self.probes.uses.watch([runner.sensor for runner in self.runners])
+        self._capture.watch_uses(runner.sensor for runner in self.runners)
         self._moving = moving if self._batches else None
 
     def evaluate(self, step: int) -> Any:
@@ -318,8 +318,7 @@ class Stage:
             depsgraph = depsgraph if is_whole else self.evaluate(steps[0])
             if self._capture.add_first(depsgraph, watched) and self._batches:
                 self.probes.prepare_pads(depsgraph)
-        self._read_sensors(window, sensed, depsgraph)
-        self.probes.uses.add(watched)
+        self._read_sensors(window, sensed, depsgraph, watched)
         if self.is_due or self._capture.full:
             yield from self.sense(window, depsgraph)
 
@@ -343,11 +342,13 @@ class Stage:
         self.probes.expect_light(False)
         return depsgraph, self._moving.evaluate(*self._clock.frame_and_subframe(step)), whole
 
-    def _read_sensors(self, window: Window, sensed: list[int], depsgraph: Any) -> None:
+    def _read_sensors(
+        self, window: Window, sensed: list[int], depsgraph: Any, watched: Any
+    ) -> None:
         """Read the parameters and poses that can change, and add updates to `light_updates`."""
         # Nothing changes between the steps in `sensed`, so one reading serves all of them.
         runners = list(dict.fromkeys(r for step in sensed for r in window.read.get(step, ())))
-        reads = self._capture.read_sensors(sensed, depsgraph, [r.reader for r in runners])
+        reads = self._capture.read_sensors(sensed, depsgraph, watched, [r.reader for r in runners])
         for runner, read in zip(runners, reads, strict=True):
             if runner.sensor.kind.requires_light:
                 due = window.sensor_steps[runner].between(sensed[0], sensed[-1])

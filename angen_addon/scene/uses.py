@@ -4,15 +4,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from typing import Any
 
 import bpy
-import numpy as np
 
-from ...sensor_logic.kind import USES
-from ...sensor_logic.logs.error import AngenError, explained
-from ...sensor_logic.model import Answers, Index, ObjectUse
+from ...sensor_logic.model import ObjectUse
 from ...sensor_logic.parameters import specs
 from .animation import curves, is_animated, time_stretch
 from .sensors import NotPlaced, Sensor, is_placed
@@ -71,56 +67,7 @@ def keyed_uses(sensor: Sensor, first: int, last: int) -> list[tuple[int, ObjectU
     return [(frame, ObjectUse(watched.name, value >= 0.5)) for frame, value in values]
 
 
-class UseReader:
-    """Reads at each frame whether the watched objects are in use.
-
-    What no keyframe or driver changes is only read when a sensor asks for it.
-    """
-
-    def __init__(self) -> None:
-        self._sensors: list[Sensor] = []
-        self._column: dict[str, int] = {}
-        # Of each frame, whether the objects of the sensors are in use.
-        self._noted: list[list[bool]] = []
-        self._shown = np.zeros((1, 0), np.intp)
-
-    def watch(self, sensors: Iterable[Sensor]) -> None:
-        """Read the use of what these sensors watch from now on; the others watch nothing."""
-        self._sensors = [s for s in sensors if s.kind.requires(USES) and may_change(s)]
-        self._column = {sensor.name: column for column, sensor in enumerate(self._sensors)}
-
-    def look(self, depsgraph: Any) -> None:
-        """Read the present frame, and answer queries about this frame alone."""
-        self.add(depsgraph)
-        self.finish()
-
-    def add(self, depsgraph: Any) -> None:
-        """Read the present frame of an evaluated scene."""
-        self._noted.append([_is_in_use(sensor, depsgraph) for sensor in self._sensors])
-
-    def finish(self) -> None:
-        """Answer queries about the frames that were read since the last call."""
-        shape = len(self._noted), len(self._sensors)
-        self._shown = np.array(self._noted, np.intp).reshape(shape)
-        self._noted = []
-
-    def at(self, sensor: Sensor, frames: Index, depsgraph: Any) -> Answers:
-        """Return the `ObjectUse` of what a sensor watches at frames (n,), given by index.
-
-        Raise `AngenError` if it cannot be read in the evaluated `depsgraph`.
-        """
-        watched = watched_object(sensor)
-        with explained(f"'{sensor.name}'", NotPlaced, raised=AngenError):
-            check_watched(sensor, depsgraph)
-        if watched is None:
-            return Answers([None], np.zeros(len(frames), np.intp))
-        table = [ObjectUse(watched.name, False), ObjectUse(watched.name, True)]
-        column = self._column.get(sensor.name)
-        if column is None:
-            return Answers(table, np.full(len(frames), int(watched.angen_use.in_use)))
-        return Answers(table, self._shown[frames, column])
-
-
-def _is_in_use(sensor: Sensor, depsgraph: Any) -> bool:
+def is_in_use(sensor: Sensor, depsgraph: Any) -> bool:
+    """Return whether the object that a sensor watches is in use at the evaluated frame."""
     watched = watched_object(sensor)
     return watched is not None and bool(watched.evaluated_get(depsgraph).angen_use.in_use)

@@ -278,6 +278,7 @@ def test_a_day_flushes_after_the_toilet_and_names_who_used_it(world, tmp_path, c
     # 2 min after who sat down, and until 6 L are in at 6 L a minute.
     assert 120 <= flushed < 150 and full - flushed == 60
     (_, _, _), (opened, _, who), (shut, _, _) = found["tap", "flowing"]
-    assert opened > flushed and shut - opened in (20, 21) and who == "anna"
+    # The time at the tap is drawn.
+    assert opened > flushed and 5 <= shut - opened <= 80 and who == "anna"
     (_, _, _), (boils, _, who), (done, _, _) = found["plug", "on"]
     assert boils == shut and done - boils == 170 and who == "anna"

@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Find the frames at which nothing moves that a pad can feel: its forces are the same there.
 
-With six pads in the sample home, an hour's walk through all rooms takes 1.4 times as long without
-this (`python -m benchmarks --only days`).
+With six pads in the sample home, a stretch of its morning takes 1.4 times as long without this.
 """
 
 from __future__ import annotations

@@ -21,6 +21,7 @@ MODULES = (
     "residents.blender.marks",
     "residents.blender.settings",
     "angen_addon.view.active",
+    "angen_addon.appearance.help",
     "angen_addon.appearance.pixel_icons",
     "angen_addon.view.overlay.settings",
     "angen_addon.view.overlay.hover",

@@ -31,6 +31,7 @@ from ..sensor_logic.logs.error import AngenError
 from ..sensor_logic.logs.wording import capital
 from ..sensor_logic.progress import Doing, Enough, Work
 from ..sensor_logic.recording.tracks import Recording
+from ..sensor_logic.recording.validity import not_valid, often_not_valid
 from .long_work import LongWork
 from .polls import cancelled, is_idle, needs
 from .recording import can_undo
@@ -286,6 +287,8 @@ class ANGEN_OT_simulate(LongWork, Operator):
             if can_undo(context) and (begin < first or last < end):
                 text += f". Undo brings back frames {begin} to {end}"
         self.report({"INFO"}, translated(text))
+        for text in often_not_valid(not_valid(self._recording.tracks.values())):
+            self.report({"WARNING"}, translated(text))
         return True
 
     def _has_a_frame(self) -> bool:

@@ -26,6 +26,7 @@ ROOMS_SHOWN, NAMES_SHOWN = 12, 3
 
 class ANGEN_PT_coverage(ClosedSidebar, Panel):
     bl_label = "Coverage"
+    help_page = "coverage"
 
     def draw(self, context: Context) -> None:
         layout, settings = self.layout, context.scene.angen_coverage
@@ -55,6 +56,7 @@ class ANGEN_PT_coverage(ClosedSidebar, Panel):
 
 class ANGEN_PT_coverage_place(ClosedSidebar, Panel):
     bl_label = "Propose Places"
+    help_page = "coverage"
     bl_parent_id = "ANGEN_PT_coverage"
 
     def draw(self, context: Context) -> None:

@@ -14,6 +14,7 @@ MOST = 8
 
 class ANGEN_PT_doctor(ClosedSidebar, Panel):
     bl_label = "Doctor"
+    help_page = "your_own_home"
 
     def draw(self, context: Context) -> None:
         layout = self.layout

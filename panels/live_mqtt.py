@@ -18,6 +18,7 @@ OTHERS = "The sensors have changed since: stop and start to send all"
 
 class ANGEN_PT_live_mqtt(ClosedSidebar, Panel):
     bl_label = "Live to MQTT"
+    help_page = "home_assistant"
 
     def draw(self, context: Context) -> None:
         layout, settings = self.layout, context.window_manager.angen_mqtt

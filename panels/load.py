@@ -11,6 +11,7 @@ from bpy.types import Context, Panel
 
 from ..angen_addon.advice import sensing
 from ..angen_addon.advice.sensing import may_be_simulated
+from ..angen_addon.appearance.help import draw_help
 from ..angen_addon.appearance.panel_parts import (
     PhysicsTab,
     Sidebar,
@@ -29,6 +30,7 @@ NAMES_SHOWN = 3
 
 class _Weight:
     bl_label = "Weight on Sensors"
+    help_page = "pressure"
     bl_options = {"DEFAULT_CLOSED"}
     layout: Any
 
@@ -40,6 +42,7 @@ class _Weight:
         # In a narrow region the mass would cover the panel's name.
         if context.object.angen_load.mass > 0.0 and has_name_column():
             self.layout.label(text=f"{context.object.angen_load.mass:g} kg")
+        draw_help(self.layout, self.help_page)
 
     def draw(self, context: Context) -> None:
         """Draw mass and tolerance of the active object, an explanation of both, and warnings."""

@@ -42,7 +42,8 @@ def extension_tool() -> list[str] | None:
     """Return the command line, up to its verb, of Blender's extension tool; None without it."""
     module = importlib.util.find_spec("bpy")
     folders = list(module.submodule_search_locations or ()) if module else []
-    folders += glob.glob(f"{ROOT}/.venv*/lib/python3.*/site-packages/bpy")
+    for packages in ("lib/python3.*/site-packages", "Lib/site-packages"):
+        folders += glob.glob(f"{ROOT}/.venv*/{packages}/bpy")
     for folder in folders:
         found = sorted(Path(folder).glob(TOOL))
         if found:
@@ -79,7 +80,13 @@ def _check_with(tool: list[str], target: Path) -> None:
             ["build", "--source-dir", str(ROOT), "--output-filepath", str(built)],
             ["validate", str(target)],
         ):
-            done = subprocess.run([*tool, *arguments], capture_output=True, text=True, check=False)
+            done = subprocess.run(
+                [*tool, *arguments],
+                capture_output=True,
+                encoding="utf-8",
+                errors="replace",
+                check=False,
+            )
             if done.returncode != 0:
                 raise ValueError(f"{arguments[0]} failed\n{done.stdout}{done.stderr}")
         ours, theirs = contents(target), contents(built)

@@ -10,6 +10,7 @@ those of Blender's extension platform.
 """
 
 import ast
+import functools
 import re
 import sys
 import tempfile
@@ -42,6 +43,9 @@ def problems(tag: str, root: Path = ROOT) -> list[str]:
     wrong = [
         f"{file} has {has}, the tag {version}" for file, has in found.items() if has != version
     ]
+    site = re.search(r"^site_url: (\S+)", (root / "mkdocs.yml").read_text("utf-8"), re.MULTILINE)
+    if not site or site[1] != manifest.get("website"):
+        wrong.append("the manifest's website is not mkdocs.yml's site_url: F1 opens its pages")
     section = _section(version, root)
     if not section or not section[2].strip():
         wrong.append(f"CHANGELOG.md has no section '## {version}, YYYY-MM-DD' with a text")
@@ -67,22 +71,27 @@ def _section(version: str, root: Path) -> re.Match[str] | None:
 
 
 class Zip:
-    """A built zip: its manifest, the names of its files, and the syntax trees of its modules."""
+    """A built zip: its manifest, its files, and the syntax nodes of its modules."""
 
     def __init__(self, path: Path) -> None:
         with zipfile.ZipFile(path) as packed:
             self.files = {n: packed.read(n) for n in packed.namelist() if not n.endswith("/")}
         self.manifest: dict[str, Any] = tomllib.loads(self.text("blender_manifest.toml"))
-        self.trees = {n: ast.parse(self.text(n)) for n in self.files if n.endswith(".py")}
+        names = [name for name in self.files if name.endswith(".py")]
+        self.nodes = {name: list(ast.walk(ast.parse(self.text(name)))) for name in names}
 
     def text(self, name: str) -> str:
         """Return the text of a file; empty if it is missing."""
         return self.files.get(name, b"").decode("utf-8")
 
-    def imports(self) -> Iterator[tuple[str, str]]:
-        """Yield each module's file and the full name of each module that it imports absolutely."""
-        for name, tree in self.trees.items():
-            for node in ast.walk(tree):
+    @functools.cached_property
+    def imports(self) -> list[tuple[str, str]]:
+        """Each module's file with the full name of each module that it imports absolutely."""
+        return list(self._imports())
+
+    def _imports(self) -> Iterator[tuple[str, str]]:
+        for name, nodes in self.nodes.items():
+            for node in nodes:
                 if isinstance(node, ast.Import):
                     yield from ((name, alias.name) for alias in node.names)
                 elif isinstance(node, ast.ImportFrom) and not node.level:
@@ -115,14 +124,14 @@ def _manifest(packed: Zip) -> Found:
 
 def _permissions(packed: Zip) -> Found:
     reasons = packed.manifest.get("permissions", {})
-    uses = {"files": True, "network": any(n.split(".")[0] in NETWORK for _, n in packed.imports())}
+    uses = {"files": True, "network": any(n.split(".")[0] in NETWORK for _, n in packed.imports)}
     for name in {*reasons, *(name for name, used in uses.items() if used)}:
         if not reasons.get(name) or not uses.get(name):
             yield f"permission '{name}': {'no reason' if uses.get(name) else 'not needed'}"
 
 
 def _online(packed: Zip) -> Found:
-    for name, module in packed.imports():
+    for name, module in packed.imports:
         text = packed.text(name)
         # A pair of sockets in one process is no network.
         connects = module not in ("ssl", "socket") or ".connect(" in text
@@ -146,8 +155,8 @@ def _other_ways(packed: Zip) -> Found:
     for name in packed.files:
         if any(f"/{name}".endswith(f"/{way}") or f"/{way}" in f"/{name}" for way in OTHER_WAYS):
             yield f"{name} is for another way to run"
-    for name, tree in packed.trees.items():
-        for node in ast.walk(tree):
+    for name, nodes in packed.nodes.items():
+        for node in nodes:
             targets = node.targets if isinstance(node, ast.Assign) else []
             texts = [ast.unparse(target) for target in targets]
             if isinstance(node, ast.Call):
@@ -175,7 +184,7 @@ def _readme(packed: Zip) -> Found:
 
 
 def _processes(packed: Zip) -> Found:
-    starts = [name for name, module in packed.imports() if module == "subprocess"]
+    starts = [name for name, module in packed.imports if module == "subprocess"]
     words = {
         "angen_addon/scene/light/engine.py": "EEVEE",
         "residents/blender/shared_days.py": "--jobs",
@@ -187,7 +196,7 @@ def _processes(packed: Zip) -> Found:
 
 def _imports(packed: Zip) -> Found:
     absolute = {"angen_sensors", "angen_addon", "operators", "panels", "residents", "sensor_logic"}
-    for name, module in packed.imports():
+    for name, module in packed.imports:
         if module.split(".")[0] in absolute:
             yield f"{name} imports {module}: imports within an extension are relative"
 

@@ -50,7 +50,9 @@ def run(command: list[str], verb: str, *arguments: str) -> str:
     """Run a verb on the sample home with its progress on this terminal; return its output."""
     home = [] if "--command" in command else [str(HOME)]
     whole = [*command, verb, *home, *arguments]
-    done = subprocess.run(whole, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=False)
+    done = subprocess.run(
+        whole, cwd=ROOT, stdout=subprocess.PIPE, encoding="utf-8", errors="replace", check=False
+    )
     if done.returncode != 0:
         sys.exit(f"demo: {verb} failed with status {done.returncode}")
     return done.stdout

@@ -83,7 +83,7 @@ def names_hit(
     pairs = answers.rows * len(table) + answers.hits.rows
     found, where = np.unique(pairs, return_inverse=True)
     names = [
-        name_of(int(table[hits].met[ray[row]])) if hit[row] else ""
+        name_of(int(table[hits].solids[ray[row]])) if hit[row] else ""
         for row, hits in (divmod(pair, len(table)) for pair in found.tolist())
     ]
     return np.array(names, object)[where]

@@ -22,8 +22,9 @@ from .parameters import READING, Parameters, Spec, defaults, is_chosen
 # Ranges of rays; temperature and emissivity at the hits; solids that crossed rays since the last
 # step; contact forces on the sensor; light at the sensor.
 RAYS, WARMTH, CROSSINGS, FORCES, LIGHT = "rays", "warmth", "crossings", "contact forces", "light"
-# Reflectance at the hits of rays; poses of the objects that pointer parameters name.
-REFLECTANCE, POSES = "reflectance", "poses of objects"
+# Reflectance at the hits of rays; poses of the objects that pointer parameters name; whether the
+# object that the sensor watches is in use.
+REFLECTANCE, POSES, USES = "reflectance", "poses of objects", "uses of objects"
 
 
 @dataclass(frozen=True)

@@ -84,6 +84,14 @@ class PadContact:
 
 
 @dataclass(frozen=True)
+class ObjectUse:
+    """The name of the object that a sensor watches, and whether it is in use."""
+
+    name: str
+    in_use: bool
+
+
+@dataclass(frozen=True)
 class LightShare:
     """The part of a `LightSample` that comes from one source.
 
@@ -133,7 +141,7 @@ class Answers:
     Attributes
     ----------
     hits
-        For a query that casts rays: their hits at each update, with the attributes `met` (n,),
+        For a query that casts rays: their hits at each update, with the attributes `solids` (n,),
         numbers of solids (0 for none), and `ranges` (n,), in units of the scene. None if the scene
         knows no solids.
     """
@@ -157,6 +165,7 @@ class Answers:
 #       step before; None where the sensor did not observe that step.
 #   FORCES (): `PadContact`.     LIGHT (): `LightSample`.
 #   POSES (parameter): the `Pose` of the object that the pointer parameter names; None without one.
+#   USES (): the `ObjectUse` of the object that the sensor watches; None without one.
 Ask = Callable[..., Any]
 
 
@@ -208,7 +217,7 @@ class Update:
         Return None if the scene knows no solids.
         """
         found = self.hits[need](*question) if need in self.hits else None
-        return None if found is None else found.met
+        return None if found is None else found.solids
 
     def names_hit(self, need: str, *question: Any) -> list[str]:
         """Return the names (n,) of the objects that the rays of a query hit, empty for none."""

@@ -19,6 +19,7 @@ import numpy as np
 
 from ..sensor_logic.choice import ALL_SENSORS, SensorChoice
 from ..sensor_logic.logs.error import InputError
+from ..sensor_logic.logs.files import read_text
 from ..sensor_logic.logs.toml_table import (
     TomlTable,
     calendar_date,
@@ -191,13 +192,7 @@ class Study:
 
 def read(path: Path) -> Study:
     """Read a study from a file; raise `InputError` if it is invalid."""
-    try:
-        content = path.read_text(encoding="utf-8-sig")
-    except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror}") from None
-    except ValueError:
-        raise InputError(f"{path} is not a text file in UTF-8") from None
-    return _study(read_table(content, str(path)), path.resolve().parent)
+    return _study(read_table(read_text(path), str(path)), path.resolve().parent)
 
 
 def _study(top: TomlTable, folder: Path) -> Study:

@@ -19,7 +19,7 @@ from typing import Any
 
 import distributed
 
-from ..angen_addon.output.version import extension_version
+from ..angen_addon.process.version import extension_version
 from ..sensor_logic.logs.error import AngenError
 from .settings import Settings
 

@@ -43,12 +43,12 @@ def background_sets(scene: Any) -> list[Advice]:
         sets.append(sets[-1].background_set)
     found = []
     for background in sets[1:]:
-        met = [obj.name for obj in background.objects if obj.type in SURFACE_TYPES | {"LIGHT"}]
-        if met:
+        shown = [obj.name for obj in background.objects if obj.type in SURFACE_TYPES | {"LIGHT"}]
+        if shown:
             found.append(
                 Advice(
                     f"No sensor sees the objects of the background set '{background.name}': "
-                    f"{named(met)}",
+                    f"{named(shown)}",
                     "Clear Background Set (Scene tab), and link the set's collection into this "
                     "scene",
                 )

@@ -11,7 +11,7 @@ from importlib.util import find_spec
 from typing import Any
 
 from ...sensor_logic.kind import Kind
-from ..runtime.trace import RaysMet, SensorRays, Trace
+from ..runtime.trace import CastRays, SensorRays, Trace
 from .facts import Explanation
 from .figures import Figure, beams, plain_figure
 from .handles import Handle, SizeHandle
@@ -40,11 +40,11 @@ def no_more_facts(recorded: RecordedSensor, index: int, found: Explanation) -> E
     return found
 
 
-def no_scan_figure(seen: Any, number: int, met: RaysMet, metres: float) -> None:
+def no_scan_figure(seen: Any, number: int, cast: CastRays, metres: float) -> None:
     """Return no figure: the default of `Appearance.scan_figure`."""
 
 
-def no_lit_figure(seen: Any, number: int, met: RaysMet, before: Any, metres: float) -> None:
+def no_lit_figure(seen: Any, number: int, cast: CastRays, before: Any, metres: float) -> None:
     """Return no figure: the default of `Appearance.lit_figure`."""
 
 
@@ -54,7 +54,7 @@ class Appearance:
 
     The functions that draw get the sensor (a `DrawnSensor`) and return a `Figure` in world space.
     Some draw a bundle: rays that the sensor casts together. They also get the number of the bundle
-    and its rays with their ranges (`RaysMet`). The last parameter of each is the length of a
+    and its rays with their ranges (`CastRays`). The last parameter of each is the length of a
     Blender unit in m.
 
     Attributes
@@ -97,9 +97,9 @@ class Appearance:
     stand: Stand = looking_out
     plan_rays: Callable[[Trace, float], SensorRays] = model_rays
     figure: Callable[[Any, float], Figure] = plain_figure
-    rays_figure: Callable[[Any, int, RaysMet, float], Figure] = beams
-    scan_figure: Callable[[Any, int, RaysMet, float], Figure | None] = no_scan_figure
-    lit_figure: Callable[[Any, int, RaysMet, Any, float], Figure | None] = no_lit_figure
+    rays_figure: Callable[[Any, int, CastRays, float], Figure] = beams
+    scan_figure: Callable[[Any, int, CastRays, float], Figure | None] = no_scan_figure
+    lit_figure: Callable[[Any, int, CastRays, Any, float], Figure | None] = no_lit_figure
     reading_figure: Callable[[Any, Mapping[str, Any], float], Figure | None] = no_reading_figure
     drawn_fields: tuple[str, ...] = ()
     handles: tuple[Handle | SizeHandle, ...] = ()

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...sensor_logic.model import Array, Pose
-from ..runtime.trace import CAST, RaysMet
+from ..runtime.trace import CAST, CastRays
 
 Lines = NDArray[np.float32]
 # m. Lines on a surface are drawn this far in front of it, so that the surface does not hide them.
@@ -83,12 +83,12 @@ def around_edge(pose: Pose, count: int = 25) -> tuple[Array, Array] | None:
     return np.concatenate([side, end, -side, -end]), np.concatenate([end, -side, -end, side])
 
 
-def ends_of(met: RaysMet, metres: float, rows: int = 1) -> tuple[Array, Array, NDArray[np.bool_]]:
+def ends_of(cast: CastRays, metres: float, rows: int = 1) -> tuple[Array, Array, NDArray[np.bool_]]:
     """Return the starts and ends of rays, and whether each ray hit something.
 
     Parameters
     ----------
-    met
+    cast
         The rays with their ranges.
     metres
         Length of a Blender unit in m.
@@ -102,15 +102,15 @@ def ends_of(met: RaysMet, metres: float, rows: int = 1) -> tuple[Array, Array, N
     hit : (rows, n) array of bool
         Whether each ray hit something.
     """
-    hit = met.ranges < met.reach
-    off = np.minimum(OFF_SURFACE, met.ranges / 2) * hit
-    ends = met.origins + met.directions * (met.ranges - off)[:, None]
-    starts = met.origins.reshape(rows, -1, 3) / metres
+    hit = cast.ranges < cast.reach
+    off = np.minimum(OFF_SURFACE, cast.ranges / 2) * hit
+    ends = cast.origins + cast.directions * (cast.ranges - off)[:, None]
+    starts = cast.origins.reshape(rows, -1, 3) / metres
     return starts, ends.reshape(rows, -1, 3) / metres, hit.reshape(rows, -1)
 
 
 def corners_of(
-    met: RaysMet,
+    cast: CastRays,
     apex: Array,
     edges: Array,
     metres: float,
@@ -125,7 +125,7 @@ def corners_of(
 
     Parameters
     ----------
-    met
+    cast
         The rays with their ranges, pyramid by pyramid, with the same number of rays in each.
     apex
         The apex (3,) in m.
@@ -145,10 +145,10 @@ def corners_of(
         In Blender units.
     """
     count = len(edges)
-    ends = (met.origins + met.directions * met.ranges[:, None] - apex).reshape(count, -1, 3)
+    ends = (cast.origins + cast.directions * cast.ranges[:, None] - apex).reshape(count, -1, 3)
     ranges = np.maximum(np.linalg.norm(ends, axis=-1), 1e-9)
     ways = ends / ranges[..., None]
-    hit = ((met.ranges < met.reach).reshape(count, -1) & (ranges < farthest)).any(axis=1)
+    hit = ((cast.ranges < cast.reach).reshape(count, -1) & (ranges < farthest)).any(axis=1)
     ranges = np.minimum(ranges, farthest)
     # A ray along a unit vector u meets the plane n·p = 1 at the range 1 / (n·u).
     near = 1.0 / ranges
@@ -211,14 +211,14 @@ def plain_figure(seen: Any, metres: float) -> Figure:
     return figure
 
 
-def beams(seen: Any, number: int, met: RaysMet, metres: float) -> Figure:
+def beams(seen: Any, number: int, cast: CastRays, metres: float) -> Figure:
     """Return the figure of a bundle of rays: each ray as a line up to its hit or its range.
 
-    `seen` is the `DrawnSensor`, and `number` the number of the bundle. `met` has the rays with
+    `seen` is the `DrawnSensor`, and `number` the number of the bundle. `cast` has the rays with
     their ranges. `metres` is the length of a Blender unit in m.
     """
     figure = Figure()
-    starts, ends, _ = ends_of(met, metres)
+    starts, ends, _ = ends_of(cast, metres)
     figure.add("beam", pairs(starts, ends))
     return figure
 

@@ -13,6 +13,7 @@ from ...sensor_logic.logs.wording import capital
 from ..scene.lengths import SPEED, in_units, with_unit
 from ..scene.sensors import unit_scale
 from ..translations.interface import translated
+from .help import WINDOW, draw_help
 
 # Mean width of a letter of Blender's interface font, in pixels at scale 1.
 WIDTH_OF_LETTER = 6.2
@@ -27,11 +28,19 @@ NARROW = 230
 
 
 class Sidebar:
-    """Mix-in of panels in the tab "Sensors" of the 3D view's sidebar."""
+    """Mix-in of panels in the tab "Sensors" of the 3D view's sidebar.
+
+    `help_page` is the page of the documentation that the button in the panel's header opens.
+    """
 
     bl_space_type = "VIEW_3D"
     bl_region_type = "UI"
     bl_category = "Sensors"
+    help_page = WINDOW
+    layout: Any
+
+    def draw_header_preset(self, _context: Any) -> None:
+        draw_help(self.layout, self.help_page)
 
 
 class ClosedSidebar(Sidebar):

@@ -20,9 +20,9 @@ from ...sensor_logic.logs.log import Value, parse_start
 from ..output.mqtt.address import AT_ONCE, Address, add_options, address_of
 from ..output.mqtt.link import Link
 from ..output.mqtt.player import Player, remove_messages, retained_messages
-from ..output.version import extension_version
 from ..process.console import DONE, FAILED, Interrupt, leave_hard, note
 from ..process.parser import Parser, path, tells_errors
+from ..process.version import extension_version
 
 INTERRUPTED = "interrupted: the broker now shows the sensors as unavailable"
 

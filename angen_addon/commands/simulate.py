@@ -15,6 +15,7 @@ from ...sensor_logic.logs.files import file_names
 from ...sensor_logic.logs.formats import FORMATS
 from ...sensor_logic.logs.log import for_spreadsheets, parse_start, rows_csv
 from ...sensor_logic.recording.events import samples_csv
+from ...sensor_logic.recording.validity import not_valid, often_not_valid
 from ..output import faulty
 from ..output.faulty import Faults
 from ..output.mqtt import address as mqtt
@@ -54,6 +55,8 @@ def simulate(options: argparse.Namespace, outputs: Outputs) -> int:
     with Sending(address, simulated(selected), options) as sending:
         recording = run_home(options, selected, sending.take)
         is_whole = sending.finish()
+    for line in often_not_valid(not_valid(recording.tracks.values())):
+        note(line)
 
     def shown(pieces: Iterable[str]) -> Iterable[str]:
         comma = options.spreadsheet == "comma"

@@ -109,7 +109,7 @@ class Views:
         home, metres = self._home, self._home.metres
         rows = np.flatnonzero(~home.caster.solids.passed_by(uid))
         rays = origins / metres, directions, reach / metres
-        ranges = home.caster.first_met(rows, *rays)[0]
+        ranges = home.caster.first_hits(rows, *rays)[0]
         return np.minimum(ranges * metres, reach)
 
     def _see(

@@ -43,7 +43,7 @@ ROLLS = tuple(math.radians(a) for a in (0.0, 90.0, 180.0, 270.0))
 # m above the floor: the start of rays to the ceiling, and the greatest height of a ceiling.
 CEILING_FROM_M, CEILING_M = 1.5, 3.5
 MOUNTINGS = ("WALL", "CEILING", "BOTH")
-NOTHING_MET = -1
+NOTHING_HIT = -1
 
 
 @dataclass(frozen=True)
@@ -115,14 +115,14 @@ def _wall_spots(
     """
     side = np.array([-direction[1], direction[0], 0.0]) * ASIDE_M
     start = cells.at + np.array([0.0, 0.0, height])
-    first, met = yield from _cast_from(home, start, direction)
+    first, rows = yield from _cast_from(home, start, direction)
     second, beside = yield from _cast_from(home, start + side, direction)
     found = []
     wall = _mounting_test(home, height + cells.at[:, 2], cells.at[:, 2] + WALL_M)
-    ok = (first < FAR_M) & (second < FAR_M) & (met == beside)
+    ok = (first < FAR_M) & (second < FAR_M) & (rows == beside)
     ok &= np.abs(first - second) <= ASIDE_M * math.tan(STEEPEST)
     for i in np.flatnonzero(ok).tolist():
-        row = met[i]
+        row = rows[i]
         if row < 0 or not wall(row, i):
             continue
         tangent = side + direction * (second[i] - first[i])
@@ -161,8 +161,8 @@ def _cast_from(
     """
     ranges, numbers = yield from cast_along(home, starts, direction, FAR_M)
     by_number = {solid.number: solid.row for solid in home.caster.solids.solids}
-    met = np.array([by_number.get(n, NOTHING_MET) for n in numbers.tolist()], np.int64)
-    return ranges, met
+    rows = np.array([by_number.get(n, NOTHING_HIT) for n in numbers.tolist()], np.int64)
+    return ranges, rows
 
 
 def _level_pose(at: Array, normal: Array, turn: float) -> Pose:
@@ -180,11 +180,11 @@ def _under_ceilings(home: EvaluatedHome, cells: Cells, spacing: float) -> Steps[
     chosen = _spread_cells(cells, spacing)
     at = cells.at[chosen] + np.array([0.0, 0.0, CEILING_FROM_M])
     up = np.array([0.0, 0.0, 1.0])
-    ranges, met = yield from _cast_from(home, at, up)
+    ranges, rows = yield from _cast_from(home, at, up)
     solids = home.caster.solids.solids
     made = []
     for i, cell in enumerate(chosen):
-        row = int(met[i])
+        row = int(rows[i])
         if row < 0 or ranges[i] + CEILING_FROM_M > CEILING_M:
             continue
         wide = float((home.hi[row] - home.lo[row])[:2].min()) >= WIDE_M

@@ -33,6 +33,7 @@ CHECKS: dict[str, Check] = {
     "facing": sensors.faces_a_wall,
     "slits": sensors.slits,
     "names_none": sensors.names_nothing,
+    "watches": sensors.watches_nothing,
     "unplaced": sensors.unplaced,
     "unreachable": sensors.unreachable,
     "warmth": sensors.nothing_warm,
@@ -43,6 +44,7 @@ CHECKS: dict[str, Check] = {
     "pads": sensors.advised,
     "margins": sensors.margins,
     "pads_in_air": sensors.hanging_in_the_air,
+    "pads_not_valid": sensors.not_weighed,
     "physics": sensors.caches,
 }
 

@@ -148,17 +148,17 @@ def _room_heights(home: Examined, sky: float) -> tuple[Array, float]:
     above, over, gaps = np.full(x.size, np.nan), np.full(x.size, NOTHING), []
     for _ in range(FACES):
         origins = np.stack([x.ravel(), y.ravel(), z], axis=1)
-        ranges, met = home.home.caster.cast_met(0, BUNDLE_HIGH, origins, down, length)
-        is_met = met != NOTHING
-        at = np.where(is_met, z - ranges, np.nan)
-        is_face = is_met & ~np.isin(met, is_sky)
-        row = by_number[np.searchsorted(numbers, met, sorter=by_number) % len(numbers)]
-        is_gap = is_face & ((met != over) | (above - at > slab[row]))
+        ranges, hit = home.home.caster.cast_solids(0, BUNDLE_HIGH, origins, down, length)
+        is_hit = hit != NOTHING
+        at = np.where(is_hit, z - ranges, np.nan)
+        is_face = is_hit & ~np.isin(hit, is_sky)
+        row = by_number[np.searchsorted(numbers, hit, sorter=by_number) % len(numbers)]
+        is_gap = is_face & ((hit != over) | (above - at > slab[row]))
         gaps.append(np.where(is_gap, (above - at) * home.metres, np.nan))
-        above, over = np.where(is_face, at, above), np.where(is_face, met, over)
+        above, over = np.where(is_face, at, above), np.where(is_face, hit, over)
         # A millimetre below the face.
-        z = np.where(is_met, at - 1e-3 / home.metres, z)
-        if not is_met.any():
+        z = np.where(is_hit, at - 1e-3 / home.metres, z)
+        if not is_hit.any():
             break
     largest = np.nan_to_num(np.array(gaps)).max(axis=0)
     rooms = largest[largest > LEAST_GAP]
@@ -346,8 +346,8 @@ def holes(home: Examined) -> Iterator[Found]:
         origin = np.array(sensor.world_matrix(home.depsgraph).translation, np.float64)
         origins = np.tile(origin, (len(directions), 1))
         far = np.full(len(directions), _reach(home, origin))
-        met = home.home.caster.cast_met(sensor.uid, BUNDLE, origins, directions, far)[1]
-        out = met == NOTHING
+        hit = home.home.caster.cast_solids(sensor.uid, BUNDLE, origins, directions, far)[1]
+        out = hit == NOTHING
         if out.mean() > OPEN:
             open_to.setdefault(_main_side(directions[out]), []).append(sensor.name)
     for side, sensors in open_to.items():

@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from ...sensor_logic.kind import FORCES, LIGHT, POSES, RAYS, WARMTH
+from ...sensor_logic.kind import FORCES, LIGHT, POSES, RAYS, USES, WARMTH
 from ...sensor_logic.logs.error import AngenError
 from ...sensor_logic.logs.wording import capital, named, percent, uncapitalized
-from ...sensor_logic.model import Array
+from ...sensor_logic.model import NOT_YET, Array
 from ...sensor_logic.parameters import specs
 from ..advice import sensing, warmth
 from ..advice import sensing as advice
@@ -23,6 +23,8 @@ from ..runtime.sensor_runner import all_rays
 from ..runtime.time_base import clock_of
 from ..runtime.trace import Trace
 from ..scene.animation import idle_keys, is_animated, playing
+from ..scene.forces.bodies import Pad
+from ..scene.forces.tracker import ContactTracker
 from ..scene.lengths import lengths_of
 from ..scene.light.engine import why_no_eevee
 from ..scene.light.materials import has_nodes
@@ -41,6 +43,7 @@ from ..scene.units import (
     peak_power,
     watts_factor,
 )
+from ..scene.uses import check_watched, may_change, watched_object
 from .examined import Examined, Found
 
 BUNDLE_AXES, BUNDLE_NEAR, BUNDLE_SLIT, BUNDLE_AHEAD = -42, -43, -44, -46
@@ -134,13 +137,13 @@ def _surrounded_by(home: Examined, sensor: Sensor) -> str:
     origins = np.tile(np.array(matrix.translation, np.float64), (len(directions), 1))
     far = np.full(len(directions), THICKEST / home.metres)
     caster = home.home.caster
-    ranges, met = caster.cast_met(sensor.uid, BUNDLE_AXES, origins, directions, far)
+    ranges, hit = caster.cast_solids(sensor.uid, BUNDLE_AXES, origins, directions, far)
     for one in range(len(axes)):
         two = one + len(axes)
         near = (ranges[one] + ranges[two]) * home.metres < THICKEST
-        if met[one] == NOTHING or met[one] != met[two] or not near:
+        if hit[one] == NOTHING or hit[one] != hit[two] or not near:
             continue
-        solid = next(s for s in caster.solids.solids if s.number == met[one])
+        solid = next(s for s in caster.solids.solids if s.number == hit[one])
         faces = (_crossings(home, solid, origins[0], directions[side]) for side in (one, two))
         if all(count % 2 for count in faces):
             return solid.name
@@ -175,10 +178,10 @@ def looks_into_something(home: Examined) -> Iterator[Found]:
         directions = np.ascontiguousarray(sight.rays(home.metres).directions)
         origins = np.tile(sight.pose.origin / home.metres, (len(directions), 1))
         far = np.full(len(directions), shortest / home.metres)
-        met = home.home.caster.cast_met(sensor.uid, BUNDLE_NEAR, origins, directions, far)[1]
-        blocked = met != NOTHING
+        hit = home.home.caster.cast_solids(sensor.uid, BUNDLE_NEAR, origins, directions, far)[1]
+        blocked = hit != NOTHING
         if blocked.mean() > BLOCKED:
-            numbers, counts = np.unique(met[blocked], return_counts=True)
+            numbers, counts = np.unique(hit[blocked], return_counts=True)
             name = home.home.caster.solids.name_of(int(numbers[counts.argmax()]))
             yield (
                 f"'{sensor.name}' looks into '{name}', which is nearer than its parameter Range "
@@ -207,10 +210,12 @@ def faces_a_wall(home: Examined) -> Iterator[Found]:
         start = np.array(matrix.translation, np.float64) + directions[0] * (OFF / home.metres)
         origins = np.tile(start, (len(AHEAD), 1))
         far = np.full(len(AHEAD), HAND / home.metres)
-        ranges, met = home.home.caster.cast_met(sensor.uid, BUNDLE_AHEAD, origins, directions, far)
-        if (met != met[0]).any() or met[0] == NOTHING:
+        ranges, hit = home.home.caster.cast_solids(
+            sensor.uid, BUNDLE_AHEAD, origins, directions, far
+        )
+        if (hit != hit[0]).any() or hit[0] == NOTHING:
             continue
-        name = home.home.caster.solids.name_of(int(met[0]))
+        name = home.home.caster.solids.name_of(int(hit[0]))
         if not _moves_itself(home.scene.objects.get(name)):
             away = ranges[0] * home.metres + OFF
             yield (
@@ -256,11 +261,11 @@ def _slits(home: Examined, trace: Trace) -> list[tuple[str, str]]:
     across = np.cross(directions, helper)
     across /= np.linalg.norm(across, axis=1)[:, None]
     origins = np.ascontiguousarray(rays.origins)
-    far, _ = caster.cast_met(sensor.uid, BUNDLE_SLIT, origins, directions, reach)
+    far, _ = caster.cast_solids(sensor.uid, BUNDLE_SLIT, origins, directions, reach)
     found: dict[tuple[str, str], None] = {}
     for side in (across, np.cross(directions, across)):
         sides = [
-            caster.cast_met(sensor.uid, BUNDLE_SLIT, origins + turn * side, directions, reach)
+            caster.cast_solids(sensor.uid, BUNDLE_SLIT, origins + turn * side, directions, reach)
             for turn in (SLIT / home.metres, -SLIT / home.metres)
         ]
         (one, met_one), (two, met_two) = sides
@@ -284,6 +289,29 @@ def names_nothing(home: Examined) -> Iterator[Found]:
                     f"Choose its {spec.label} in the sidebar, Active Sensor",
                     (sensor.name,),
                 )
+
+
+def watches_nothing(home: Examined) -> Iterator[Found]:
+    """Yield a finding for each sensor that watches no object, or one whose use never changes."""
+    for sensor in home.requiring(USES):
+        watched = watched_object(sensor)
+        if watched is None:
+            yield (
+                f"'{sensor.name}' watches no object, so it always reads the same",
+                "Choose what it Watches in the sidebar, Active Sensor, or parent it to the object",
+                (sensor.name,),
+            )
+        elif not may_change(sensor) and watched.angen_place.use == "NONE":
+            yield (
+                f"Nothing keys whether '{watched.name}' is in use: '{sensor.name}' always reads "
+                "the same",
+                "Key its In Use (Physics tab), or mark it as a place that residents use",
+                (sensor.name, watched.name),
+            )
+        try:
+            check_watched(sensor, home.depsgraph)
+        except NotPlaced as error:
+            yield f"'{sensor.name}': {error.problem}", capital(error.mend), (sensor.name,)
 
 
 def unplaced(home: Examined) -> Iterator[Found]:
@@ -388,13 +416,45 @@ def hanging_in_the_air(home: Examined) -> Iterator[Found]:
         start = np.array([[middle[0], middle[1], hi[:, 2].max()]])
         length = np.array([float(hi[:, 2].max() - lo[:, 2].min()) + GAP / home.metres])
         down = np.array([[0.0, 0.0, -1.0]])
-        met = home.home.caster.cast_met(pad.uid, BUNDLE, start, down, length)[1]
-        if met[0] == NOTHING:
+        hit = home.home.caster.cast_solids(pad.uid, BUNDLE, start, down, length)[1]
+        if hit[0] == NOTHING:
             yield (
                 f"'{pad.name}' hangs in the air: nothing is within {GAP * 100:g} cm below it",
                 "Lower the pad onto the floor, which must have faces and be visible; or parent it "
                 "to the object that it is part of",
                 (pad.name,),
+            )
+
+
+def not_weighed(home: Examined) -> Iterator[Found]:
+    """Yield a finding for each pad that cannot be valid: at the present frame, or under a chair.
+
+    Scenes with rigid bodies are left out, because their bodies may still have to be simulated.
+    """
+    pads = [Pad(sensor.uid, sensor.object) for sensor in home.requiring(FORCES)]
+    if not pads or home.scene.rigidbody_world is not None:
+        return
+    solids, frame = home.home.caster.solids, home.scene.frame_current
+    tracker = ContactTracker(solids)
+    tracker.pads = pads
+    tracker.look(home.depsgraph, frame, [pad.uid for pad in pads])
+    for pad in pads:
+        if advice.without_surface(pad.original):
+            continue
+        name, problem = pad.original.name, tracker.forces(pad.uid, frame).problem
+        if problem not in ("", NOT_YET):
+            what, _, mend = problem.partition(": ")
+            yield (
+                f"'{name}' is not valid at frame {frame}: {what}",
+                capital(mend) or "Move it onto a surface, or away from the pad",
+                (name,),
+            )
+        for cover in tracker.furniture(pad.uid):
+            yield (
+                f"'{cover}' stands on '{name}' with some of its parts and has no mass: while "
+                "somebody is on it, the pad is not valid",
+                f"Give '{cover}' a mass (Physics tab, Weight on Sensors)",
+                (name, cover),
             )
 
 

@@ -19,7 +19,7 @@ from ..appearance.figures import Figure, corners_of, pairs
 from ..appearance.handles import ahead, edge
 from ..appearance.housing import Housing, looking, looking_level
 from ..appearance.recorded import RecordedSensor
-from ..runtime.trace import RaysMet, SensorRays, Trace
+from ..runtime.trace import CastRays, SensorRays, Trace
 
 NAMES_SHOWN = 3
 
@@ -32,7 +32,7 @@ class DistanceCause:
     ----------
     zone
         The number of the nearest zone, counted row by row from the upper left; None without a hit.
-    met
+    hits
         The objects that the rays of this zone hit, with their numbers of rays, in descending order.
     distance
         The distance of this zone in m.
@@ -41,7 +41,7 @@ class DistanceCause:
     """
 
     zone: int | None
-    met: tuple[tuple[str, float], ...]
+    hits: tuple[tuple[str, float], ...]
     distance: float
     targets: int
 
@@ -76,8 +76,8 @@ def _facts(recorded: RecordedSensor, parameters: DistanceParameters, cause: Dist
         where = f"row {row + 1} from above, column {column + 1} from the left"
         facts += [("Nearest zone", where), ("Zones with a hit", f"{cause.targets} of {zones}")]
     rays = parameters.rays**2
-    met = [f"{quoted(name)} by {count} of {rays} rays" for name, count in cause.met[:NAMES_SHOWN]]
-    facts.append(("Hits", ", ".join(met)))
+    hits = [f"{quoted(name)} by {count} of {rays} rays" for name, count in cause.hits[:NAMES_SHOWN]]
+    facts.append(("Hits", ", ".join(hits)))
     spread = float(sigma(parameters, cause.distance))
     if spread > 0.0:
         facts.append(("Noise", f"{lengths.text(spread)} (standard deviation) at this distance"))
@@ -90,7 +90,7 @@ def _headline(
     lengths = recorded.lengths
     if cause.zone is None:
         return f"nothing within {lengths.typed(parameters.range_max)}"
-    what = named(name for name, _ in cause.met[:NAMES_SHOWN])
+    what = named(name for name, _ in cause.hits[:NAMES_SHOWN])
     return f"{what}, {lengths.text(cause.distance)} away"
 
 
@@ -110,18 +110,18 @@ def plan_rays(sight: Trace, metres: float) -> SensorRays:
     return SensorRays(origins[level] / metres, directions[level], reach[level] / metres)
 
 
-def zones_figure(seen: Any, number: int, met: RaysMet, metres: float) -> Figure:
+def zones_figure(seen: Any, number: int, cast: CastRays, metres: float) -> Figure:
     """Draw a rectangle at the far end of each zone, and the four outer edges of the field of view.
 
     A rectangle is filled if all rays of its zone hit something. `seen` is the `DrawnSensor`, and
-    `number` the number of the ray bundle. `met` has the rays with their ranges. `metres` is the
+    `number` the number of the ray bundle. `cast` has the rays with their ranges. `metres` is the
     length of a Blender unit in m.
     """
     drawn = Figure()
     across, up = seen.parameters.zones_across, seen.parameters.zones_up
     corners = zone_corners(seen.parameters, seen.pose)
-    ends = corners_of(met, seen.pose.origin, corners, metres)
-    hits = np.all((met.ranges < met.reach).reshape(len(corners), -1), axis=1).tolist()
+    ends = corners_of(cast, seen.pose.origin, corners, metres)
+    hits = np.all((cast.ranges < cast.reach).reshape(len(corners), -1), axis=1).tolist()
     for zone, hit in zip(ends, hits, strict=True):
         edges = pairs(zone, np.roll(zone, -1, axis=0))
         drawn.add("outline" if hit else "limit", edges)

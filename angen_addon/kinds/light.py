@@ -28,7 +28,7 @@ from ..appearance.panel_parts import draw_lines
 from ..appearance.reading_text import ReadingText
 from ..appearance.recorded import RecordedSensor
 from ..runtime.sensor_runner import light_request
-from ..runtime.trace import RaysMet, SensorRays, Trace
+from ..runtime.trace import CastRays, SensorRays, Trace
 from ..scene.light.views import view_rays
 from ..scene.sensors import Sensor
 
@@ -171,14 +171,14 @@ def figure(seen: Any, metres: float) -> Figure:
     return _lobe(seen.pose, metres)
 
 
-def view_figure(seen: Any, number: int, met: RaysMet, metres: float) -> Figure:
+def view_figure(seen: Any, number: int, cast: CastRays, metres: float) -> Figure:
     """Draw the axis of a view, and the rectangle of its picture at the far end.
 
-    `seen` is the `DrawnSensor`, and `number` the number of the view. `met` has its rays: first the
+    `seen` is the `DrawnSensor`, and `number` the number of the view. `cast` has its rays: first the
     axis, then the four corners. `metres` is the length of a Blender unit in m.
     """
     drawn = Figure()
-    (start,), (end,), _ = ends_of(met, metres)
+    (start,), (end,), _ = ends_of(cast, metres)
     drawn.add("dark", dashes(seen.pose.origin / metres, start[0]))
     drawn.add("axis", (start[0], end[0]))
     corners, feet = end[1:], start[1:]

@@ -18,7 +18,7 @@ from ..appearance.figures import Figure, beams, dashes, ends_of
 from ..appearance.handles import ahead
 from ..appearance.housing import Housing, beside_it
 from ..appearance.recorded import RecordedSensor
-from ..runtime.trace import RaysMet
+from ..runtime.trace import CastRays
 
 
 @dataclass(frozen=True)
@@ -168,22 +168,22 @@ def _headline(cause: BeamCause, parameters: OpticalSwitchParameters, lengths: Le
 LARGEST_MARK, LEAST_MARK = 0.04, 0.004
 
 
-def beam_figure(seen: Any, number: int, met: RaysMet, metres: float) -> Figure:
+def beam_figure(seen: Any, number: int, cast: CastRays, metres: float) -> Figure:
     """Draw the beam up to its hit, with a cross at the hit and a dashed line behind it.
 
     A bar marks the threshold, the range from which the switch is open. `seen` is the `DrawnSensor`,
-    and `number` the number of the ray bundle. `met` has the rays with their ranges. `metres` is the
-    length of a Blender unit in m.
+    and `number` the number of the ray bundle. `cast` has the rays with their ranges. `metres` is
+    the length of a Blender unit in m.
     """
-    drawn = beams(seen, number, met, metres)
-    _, (ends,), (hit,) = ends_of(met, metres)
+    drawn = beams(seen, number, cast, metres)
+    _, (ends,), (hit,) = ends_of(cast, metres)
     parameters, pose = seen.parameters, seen.pose
     size = min(max(parameters.range_max / 10, LEAST_MARK), LARGEST_MARK) / metres
     across, up = pose.axes[:, 0] * size, pose.axes[:, 1] * size
     for place in ends[hit]:
         drawn.add("break", (place - across - up, place + across + up))
         drawn.add("break", (place - across + up, place + across - up))
-    far = (met.origins + met.directions * met.reach[:, None]) / metres
+    far = (cast.origins + cast.directions * cast.reach[:, None]) / metres
     for place, end in zip(ends[hit], far[hit], strict=True):
         drawn.add("dark", dashes(place, end))
     gate = (pose.origin - pose.axes[:, 2] * parameters.threshold) / metres

@@ -19,9 +19,9 @@ from ...sensor_logic.report.facts import Report, ReportedSensor
 from ...sensor_logic.report.svg import shown_number
 from ..advice.lacking import lacking
 from ..plan.storeys import storeys
+from ..process.version import extension_version
 from ..scene.animation import is_animated
 from ..scene.sensors import Sensor, decimal, read_parameters, simulated
-from .version import extension_version
 
 PAGES, DRAWINGS = {".html", ".htm"}, {".svg"}
 

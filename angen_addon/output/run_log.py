@@ -19,8 +19,8 @@ from ...sensor_logic.logs.formats.source import make_log
 from ...sensor_logic.recording.events import events, samples_of
 from ...sensor_logic.recording.tracks import Recording
 from ..layout.describe import parameters_of
+from ..process.version import extension_version
 from ..scene.sensors import Sensor
-from .version import extension_version
 
 
 def log_of_run(

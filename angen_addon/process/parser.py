@@ -130,7 +130,7 @@ def add_names(parser: argparse.ArgumentParser, what: str = "sensor", text: str =
         default=[],
         metavar="NAME",
         help=text
-        or f"only this {what}, or all that match a pattern such as 'PIR*'; can be repeated",
+        or f'only this {what}, or all that match a pattern such as "PIR*"; can be repeated',
     )
 
 

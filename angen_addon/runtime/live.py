@@ -283,6 +283,7 @@ class Live:
         follows = last is not None and number == last + 1 and runner.schedule.step(number) == step
         if not follows:
             runner.reset()
+            runner.recall(step)
         self._last_update[uid] = number
         return number, follows
 

@@ -13,9 +13,11 @@ from typing import Any
 
 import bpy
 
+from ...sensor_logic.kind import USES
 from ..scene.animation import all_animated, may_set
 from ..scene.marks import LIGHT_MARK
 from ..scene.rays.geometry import SURFACE_TYPES
+from ..scene.uses import watched_object
 from .sensor_runner import SensorRunner
 from .stillness import Stillness
 
@@ -88,7 +90,9 @@ def moving_scene(
     ]
     if len(view_layer.objects) - len(shown) < LEAST_OBJECTS or any(map(_depends_on_scene, shown)):
         return None
-    return MovingScene(scene, [obj for obj in shown if obj.type in SURFACE_TYPES])
+    watched = {watched_object(r.sensor) for r in keeping if r.sensor.kind.requires(USES)}
+    kept = [obj for obj in shown if obj.type in SURFACE_TYPES or obj in watched]
+    return MovingScene(scene, kept)
 
 
 def _can_move_alone(scene: Any, keeping: Sequence[SensorRunner]) -> bool:

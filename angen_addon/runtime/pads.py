@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 from ...sensor_logic.clock import Clock
 from ...sensor_logic.forces.world import PadForces
@@ -16,18 +17,18 @@ from ..scene.sensor_reader import Read
 from .probes import Probes
 from .sensor_runner import PendingUpdates, SensorRunner, SensorSteps
 
-# Identifies a state of the scene; frames between which nothing moves have the same state.
-State = tuple[int, ...]
+# Identifies a state of what a pad can feel; frames between which nothing of it moves have the same.
+State = tuple[Any, ...]
 
 
 @dataclass
 class _Pad:
-    """A pad in a run. Frames between which nothing moves have the same `State` and forces.
+    """A pad in a run. Frames between which nothing moves that it feels have the same `State`.
 
     Attributes
     ----------
     states
-        The state of the scene by step, for the last steps at which the motion was read.
+        The state by step, for the last steps at which the motion was read.
     due
         The state that decides the forces, by the step of each whole frame with updates.
     needed
@@ -52,8 +53,8 @@ class _Pad:
     def note_due(self, steps: Iterable[int]) -> None:
         """Register the steps of whole frames at which forces will be queried.
 
-        If nothing moves from the frame before to the frame after, the step gets the state of the
-        scene. Otherwise the step gets a new state.
+        If nothing moves from the frame before to the frame after, the step gets their state.
+        Otherwise the step gets a new state.
         """
         for step in steps:
             near = [self.states.get(step + self.size * i) for i in (-1, 0, 1)]
@@ -100,8 +101,20 @@ class _Pad:
 class Pads:
     """All pads of a run, with their updates that wait until the probes have computed forces."""
 
-    def __init__(self, runners: Sequence[SensorRunner], clock: Clock, probes: Probes) -> None:
+    def __init__(
+        self,
+        scene: Any,
+        runners: Sequence[SensorRunner],
+        clock: Clock,
+        probes: Probes,
+        weights_stay: bool,
+    ) -> None:
+        """Prepare the pads among `runners`.
+
+        `weights_stay` says whether forces on pads depend only on the poses and shapes of objects.
+        """
         self._pads = {r: _Pad(r) for r in runners if r.sensor.kind.requires_forces}
+        self._scene, self._weights_stay = scene, weights_stay
         self._probes = probes
         self._clock = clock
 
@@ -125,10 +138,8 @@ class Pads:
             For each pad, the steps of the whole frames with updates.
         """
         needed, frames = set(steps[-2:].tolist()), self._probes.frames.at(steps)
-        syncs = self._probes.caster.solids.syncs
-        states = {s: (syncs, f) for s, f in zip(steps.tolist(), frames.tolist(), strict=True)}
         for runner, pad in self._pads.items():
-            pad.states |= states
+            pad.states |= zip(steps.tolist(), self._states(pad, frames), strict=True)
             pad.note_due(due[runner].tolist())
             needed.update(step + pad.size * i for step in pad.needed for i in (-1, 0, 1))
         for step, frame in zip(steps.tolist(), frames.tolist(), strict=True):
@@ -142,6 +153,15 @@ class Pads:
                     update.give_forces(forces)
                     yield update
             pad.forget()
+
+    def _states(self, pad: _Pad, frames: Index) -> list[State]:
+        """Return the state (n,) of what a pad can feel at frames (n,) of the batch, by index."""
+        solids = self._probes.caster.solids
+        near = self._weights_stay and self._probes.states_near(pad.runner.uid, self._scene)
+        if not near:
+            return [(solids.syncs, frame) for frame in frames.tolist()]
+        listed = solids.listing, solids.edits, len(self._probes.frames.rows)
+        return [(*listed, near[frame]) for frame in frames.tolist()]
 
     def _look(self, step: int, index: int) -> None:
         """Read how objects move at a step, and compute the needed forces at the frame before.

@@ -21,7 +21,7 @@ from ..scene.rays.caster import RayCaster, Rays
 from ..scene.rays.places import PlaceReader
 from ..scene.rays.reference import SceneRayCaster
 from ..scene.rays.sweep import Sweeper
-from ..scene.sensors import Sensor
+from ..scene.sensors import Sensor, unit_scale
 from ..scene.surfaces import SURFACES
 from .edits import EDITS
 
@@ -83,8 +83,9 @@ class Probes:
 
     def set_sensors(self, sensors: Iterable[Sensor]) -> None:
         """Set the sensors; the probes prepare only data that these sensors need."""
-        pads = [Pad(s.uid, s.object) for s in sensors if s.kind.requires_forces]
-        self._contacts.pads = pads
+        found = list(sensors)
+        self._contacts.pads = [Pad(s.uid, s.object) for s in found if s.kind.requires_forces]
+        self.capture.watch_uses(found)
 
     def look(self, depsgraph: Any, step: int = 0) -> None:
         """Read the present frame of the evaluated scene, as a batch of this frame alone.
@@ -105,6 +106,13 @@ class Probes:
         """
         self.show(index)
         self._contacts.look(self.frames.depsgraph, frame, [pad.uid for pad in due])
+
+    def states_near(self, pad: Uid, scene: Any) -> list[bytes] | None:
+        """Return a state for each frame of the batch, or None if bounds cannot tell.
+
+        The forces on a pad are the same at frames with equal states, if weights do not change.
+        """
+        return self._contacts.states_near(pad, self.frames, scene, unit_scale(scene))
 
     def show(self, index: int) -> None:
         """Set the poses of all solids (objects that rays can hit) to those at a captured frame."""

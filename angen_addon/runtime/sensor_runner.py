@@ -9,6 +9,7 @@ the scene. The functions in `ANSWERS` answer these queries by the probes.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -19,12 +20,14 @@ from numpy.typing import NDArray
 from ...sensor_logic.clock import Clock, Schedule
 from ...sensor_logic.forces.world import PadForces
 from ...sensor_logic.geometry.sweep import RayCrossings
-from ...sensor_logic.kind import CROSSINGS, FORCES, LIGHT, POSES, RAYS
+from ...sensor_logic.kind import CROSSINGS, FORCES, LIGHT, POSES, RAYS, USES
+from ...sensor_logic.logs.error import AngenError, explained
 from ...sensor_logic.model import (
     Answers,
     Array,
     Index,
     LightSample,
+    ObjectUse,
     PadContact,
     Pose,
     Reading,
@@ -41,10 +44,11 @@ from ..scene.light.views import view_rays
 from ..scene.rays.caster import RayCaster
 from ..scene.rays.sweep import TOLERANCE, SweptRays
 from ..scene.sensor_reader import Read, SensorReader
-from ..scene.sensors import Sensor, decimal
+from ..scene.sensors import NotPlaced, Sensor, decimal, read_parameters
 from ..scene.surfaces import SURFACES
+from ..scene.uses import check_watched, keyed_uses, may_change, watched_object
 from .probes import Probes
-from .trace import CAST, PlacedStep, Query, RaysMet, Swept, Trace
+from .trace import CAST, CastRays, PlacedStep, Query, Swept, Trace
 
 # The index of the only frame of a batch.
 PRESENT = np.zeros(1, np.intp)
@@ -128,6 +132,24 @@ def answer_poses(query: Query, name: str, indices: Index | None = None) -> Answe
     return Answers([query.read.at_step[POSES][name]], np.zeros(count, np.intp))
 
 
+def answer_uses(query: Query, indices: Index | None = None) -> Answers:
+    """Return whether the object that the sensor watches is in use, at each update of a query.
+
+    `indices` is as for `answer_ranges`.
+    """
+    frames = query.frames if indices is None else query.frames[indices]
+    sensor, captured = query.sensor, query.probes.frames
+    with explained(f"'{sensor.name}'", NotPlaced, raised=AngenError):
+        check_watched(sensor, captured.depsgraph)
+    watched, used = watched_object(sensor), captured.used.get(sensor.name)
+    if watched is None:
+        return Answers([None], np.zeros(len(frames), np.intp))
+    table = [ObjectUse(watched.name, False), ObjectUse(watched.name, True)]
+    if used is None:
+        return Answers(table, np.full(len(frames), int(watched.angen_use.in_use)))
+    return Answers(table, used[frames].astype(np.intp))
+
+
 def answer_crossings(
     query: Query, origins: Array, directions: Array, length: Array, indices: Index | None = None
 ) -> Answers:
@@ -189,6 +211,7 @@ ANSWERS: dict[str, Callable[..., Answers]] = {
     FORCES: answer_contact,
     LIGHT: answer_light,
     POSES: answer_poses,
+    USES: answer_uses,
     **{need: partial(answer_surfaces, need) for need in SURFACES},
     ECHOES: answer_echoes,
 }
@@ -333,8 +356,13 @@ class SensorRunner:
         return not (self.sensor.kind.requires_light or self.sensor.kind.requires_forces)
 
     def _watches(self) -> bool:
-        """Return whether the sensor senses between its updates, as a swept optical switch does."""
+        """Return whether the sensor senses between its updates, as a swept optical switch does.
+
+        So does a sensor of something that is used: a short use counts too.
+        """
         kind, group = self.sensor.kind, self.sensor.parameters
+        if kind.requires(USES):
+            return may_change(self.sensor)
         choices = kind.needs.get(CROSSINGS)
         return choices is not None and all(
             getattr(group, name) == value
@@ -369,6 +397,31 @@ class SensorRunner:
         self.model = self.sensor.kind.model()
         self.reader.forget()
         self.trace.forget()
+
+    def recall(self, step: int) -> None:
+        """Let the model know the uses of what it watches before `step`, as keys tell them.
+
+        Call this method after a jump of the playhead. It does nothing for other kinds of sensors.
+        """
+        if not self.sensor.kind.requires(USES):
+            return
+        frame_start = self.clock.frame_start
+        last = self.clock.frame_and_subframe(step)[0] - 1
+        if last < frame_start or not (known := keyed_uses(self.sensor, frame_start, last)):
+            return
+        steps = np.array([self.clock.first_step(frame) for frame, _ in known])
+        rows = np.arange(len(known))
+        updates = Updates(
+            rows,
+            self.clock.times_and_frames(steps)[0],
+            np.zeros(len(known), bool),
+            Pose(np.zeros(3), np.eye(3)),
+            {USES: lambda indices=None: Answers([use for _, use in known], rows)},
+            partial(generator, 0, ""),
+            partial(generator, 0, "", 0),
+        )
+        with suppress(AngenError):
+            self.model.sense(read_parameters(self.sensor, self.sensor.settings), updates)
 
     def pending(self, due: SensorSteps, probes: Probes) -> Iterator[PendingUpdates]:
         """Yield the updates at the steps `due` (one or more), which are in the probes' batch.
@@ -488,6 +541,7 @@ def all_rays(
     if probes is None:
         # New probes, whose scene is empty.
         probes, needs = Probes(depsgraph.scene, RayCaster()), {RAYS}
+        probes.show_captured(depsgraph)
     read, trace = runner.reader.read(depsgraph, probes.capture.edits), runner.trace
     if read is None:
         return None
@@ -512,5 +566,5 @@ def _cast_views(read: Read, trace: Trace, probes: Probes) -> None:
         for wall, rays in enumerate(zip(*view_rays(request), strict=True)):
             ranges = probes.caster.cast(sensor.uid, wall, *rays)
             origins, directions, reach = rays
-            met = RaysMet(origins * metres, directions, reach * metres, ranges * metres)
-            trace.show(wall, met)
+            cast = CastRays(origins * metres, directions, reach * metres, ranges * metres)
+            trace.show(wall, cast)

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...sensor_logic.clock import Clock
-from ...sensor_logic.kind import CROSSINGS, FORCES, RAYS
+from ...sensor_logic.kind import CROSSINGS, FORCES, RAYS, USES
 from ...sensor_logic.model import Index
 from ..scene.animation import all_animated, may_set
 from ..scene.surfaces import SURFACES
@@ -33,7 +33,7 @@ from .time_base import clock_of, evaluated_depsgraph
 # The steps of a run, and the sensors due at them.
 
 # Quantities that can be queried after the scene has left a frame, from what is stored of the frame.
-STORED = {RAYS, CROSSINGS, *SURFACES}
+STORED = {RAYS, CROSSINGS, USES, *SURFACES}
 # Parts of data paths of the properties that weights depend on, in addition to poses and shapes.
 WEIGHT = ("angen_load", "gravity", "rigid_body", "scale_length")
 # Most steps in a window, so that a long run needs no more memory than a short one.
@@ -252,7 +252,7 @@ class Stage:
         )
         self._batches = batches and not changes
         self._moving = moving if self._batches else None
-        self._pads = Pads(self.runners, self._clock, self.probes)
+        self._pads = Pads(scene, self.runners, self._clock, self.probes, _weights_stay(scene))
         # When the batch began, by `time.monotonic`.
         self._since = time.monotonic()
 
@@ -289,6 +289,7 @@ class Stage:
         stored.
         """
         self._capture.note_edits()
+        self._capture.watch_uses(runner.sensor for runner in self.runners)
         self._moving = moving if self._batches else None
 
     def evaluate(self, step: int) -> Any:
@@ -317,7 +318,7 @@ class Stage:
             depsgraph = depsgraph if is_whole else self.evaluate(steps[0])
             if self._capture.add_first(depsgraph, watched) and self._batches:
                 self.probes.prepare_pads(depsgraph)
-        self._read_sensors(window, sensed, depsgraph)
+        self._read_sensors(window, sensed, depsgraph, watched)
         if self.is_due or self._capture.full:
             yield from self.sense(window, depsgraph)
 
@@ -341,11 +342,13 @@ class Stage:
         self.probes.expect_light(False)
         return depsgraph, self._moving.evaluate(*self._clock.frame_and_subframe(step)), whole
 
-    def _read_sensors(self, window: Window, sensed: list[int], depsgraph: Any) -> None:
+    def _read_sensors(
+        self, window: Window, sensed: list[int], depsgraph: Any, watched: Any
+    ) -> None:
         """Read the parameters and poses that can change, and add updates to `light_updates`."""
         # Nothing changes between the steps in `sensed`, so one reading serves all of them.
         runners = list(dict.fromkeys(r for step in sensed for r in window.read.get(step, ())))
-        reads = self._capture.read_sensors(sensed, depsgraph, [r.reader for r in runners])
+        reads = self._capture.read_sensors(sensed, depsgraph, watched, [r.reader for r in runners])
         for runner, read in zip(runners, reads, strict=True):
             if runner.sensor.kind.requires_light:
                 due = window.sensor_steps[runner].between(sensed[0], sensed[-1])

@@ -15,17 +15,18 @@ from typing import Any
 import bpy
 import numpy as np
 
-from ...sensor_logic.kind import CROSSINGS, FORCES, POSES, RAYS
+from ...sensor_logic.kind import CROSSINGS, FORCES, POSES, RAYS, USES, WARMTH
 from ...sensor_logic.model import Array
 from ..scene import outputs
 from ..scene.animation import action_curves, all_animated, time_stretch
 from ..scene.light.changes import SHADING
 from ..scene.surfaces import SURFACES
+from ..scene.surfaces.warmth import heat_changes
 from ..scene.timed import is_timeless_driver
 from ..scene.timed import reasons as timed_reasons
 
 # Quantities that do not depend on datablocks of the types in SHADING, unless a driver reads one.
-BLIND_TO_SHADING = {RAYS, CROSSINGS, FORCES, POSES} | {
+BLIND_TO_SHADING = {RAYS, CROSSINGS, FORCES, POSES, USES} | {
     need for need, probe in SURFACES.items() if not probe.reads_shading
 }
 # Spans (n, 2) of time.
@@ -87,6 +88,7 @@ def find_stillness(scene: Any, needs: Iterable[str], other_handlers: bool = Fals
     `needs` are the quantities that the sensors read, such as RAYS. `other_handlers` says whether
     other code has frame handlers, which could change anything at any frame.
     """
+    needs = set(needs)
     owners = [owner for owner in all_animated() if _is_evaluated(owner, scene)]
     shading = not BLIND_TO_SHADING.issuperset(needs) or any(
         isinstance(target.id, SHADING)
@@ -104,6 +106,9 @@ def find_stillness(scene: Any, needs: Iterable[str], other_handlers: bool = Fals
     parts, timed = [], bool(reasons)
     for owner in owners:
         spans = _busy_spans(owner, shading)
+        if WARMTH in needs:
+            cooler = heat_changes(owner, scene)
+            spans = _join_spans([spans, np.stack([cooler - NEAR_A_KEY, cooler], axis=1)])
         if np.isinf(spans).any():
             reasons.append(
                 f"'{owner.name}' has animation without an end (cycles or other "

@@ -122,7 +122,7 @@ class SensorRays:
 
 
 @dataclass(frozen=True, eq=False)
-class RaysMet:
+class CastRays:
     """A bundle of n rays in world space and the ranges that a ray cast returned; lengths are in m.
 
     Attributes
@@ -140,7 +140,7 @@ class RaysMet:
     reach: Array
     ranges: Array
 
-    def same(self, other: RaysMet) -> bool:
+    def same(self, other: CastRays) -> bool:
         """Return whether another bundle has the same rays and the same ranges."""
         mine = self.origins, self.directions, self.reach, self.ranges
         its = other.origins, other.directions, other.reach, other.ranges
@@ -180,7 +180,7 @@ class Trace:
     def forget(self) -> None:
         """Remove the last hits, because the sensor starts anew."""
         self.revision += 1
-        self.bundles: dict[int, RaysMet] = {}
+        self.bundles: dict[int, CastRays] = {}
         self.scan: dict[int, Array | None] = {}
         self.step: int | None = None
         self.parameters: Any = None
@@ -221,7 +221,7 @@ class Trace:
         else:
             ranges = read.in_metres(query.probes.surfaces[need].ranges(*known))
         self.set_pose(read.parameters, read.pose)
-        self._note(last, bundle, RaysMet(origins, directions, length, ranges))
+        self._note(last, bundle, CastRays(origins, directions, length, ranges))
         in_units = read.rays_in_units(origins, directions, length)
         self._names = query.probes.names
         return replace(answers, hits=query.probes.hits(need, *known, in_units, len(answers.rows)))
@@ -242,27 +242,27 @@ class Trace:
             return known is pose
         return bool(parameters == self.parameters) and pose.same(known)
 
-    def _note(self, step: int, number: int, met: RaysMet) -> None:
+    def _note(self, step: int, number: int, cast: CastRays) -> None:
         """Record that the sensor has cast the ray bundle `number` at a step."""
         if step != self.step:
             self.step, self.scan = step, {}
         if number not in self.scan:
             self.scan[number] = self._sensed.get(number)
-        self._sensed[number] = met.ranges
-        self.show(number, met)
+        self._sensed[number] = cast.ranges
+        self.show(number, cast)
 
-    def show(self, number: int, met: RaysMet) -> None:
+    def show(self, number: int, cast: CastRays) -> None:
         """Set the rays and ranges of bundle `number`; call it for casts outside of updates."""
         known = self.bundles.get(number)
-        if known is None or not known.same(met):
-            self.bundles[number] = met
+        if known is None or not known.same(cast):
+            self.bundles[number] = cast
             self.revision += 1
 
     def copy_bundles(self, other: Trace) -> None:
         """Replace all bundles of rays by the bundles of another trace of the same sensor."""
         self.set_pose(other.parameters, other.pose)
-        for number, met in other.bundles.items():
-            self.show(number, met)
+        for number, cast in other.bundles.items():
+            self.show(number, cast)
         for number in self.bundles.keys() - other.bundles.keys():
             del self.bundles[number]
             self.revision += 1
@@ -272,14 +272,14 @@ class Trace:
 
         `metres` is the length of a Blender unit in m.
         """
-        met = self.bundles.values()
-        if not met:
+        bundles = self.bundles.values()
+        if not bundles:
             return SensorRays(np.empty((0, 3)), np.empty((0, 3)), np.empty(0))
         return SensorRays(
-            np.concatenate([bundle.origins / metres for bundle in met]),
-            np.concatenate([bundle.directions for bundle in met]),
-            np.concatenate([bundle.reach / metres for bundle in met]),
-            len(met),
+            np.concatenate([bundle.origins / metres for bundle in bundles]),
+            np.concatenate([bundle.directions for bundle in bundles]),
+            np.concatenate([bundle.reach / metres for bundle in bundles]),
+            len(bundles),
         )
 
     def name_of(self, number: int) -> str:

@@ -11,16 +11,19 @@ are computed for many frames together.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...sensor_logic.kind import USES
 from ...sensor_logic.model import Array
 from .rays.geometry import Surface, read_surface
 from .rays.solids import Solids, invertible, matrices_of, pointers_of, world_bounds
 from .sensor_reader import Read, SensorReader
+from .sensors import Sensor
+from .uses import is_in_use, may_change
 
 Index = NDArray[np.intp]
 # The most frames in a batch, and the most bytes that their copies take.
@@ -51,6 +54,9 @@ class Frames:
         The last step of the last frame.
     reads
         What was read of the sensors that can change, by the index of the frame.
+    used
+        Whether the object that a sensor watches is in use at each frame (k,), by the sensor's
+        name. Objects whose use cannot change with the frame are left out.
     edits
         The number of possible edits of the scene so far.
     column
@@ -75,6 +81,7 @@ class Frames:
         self.steps: Sequence[int] = ()
         self.last = -1
         self.reads: dict[tuple[SensorReader, int], Read | None] = {}
+        self.used: dict[str, NDArray[np.bool_]] = {}
         self.edits = 0
 
     @classmethod
@@ -163,9 +170,16 @@ class Capture:
         self.last = -1
         self._reads: dict[tuple[SensorReader, int], Read | None] = {}
         self._edits = 0
+        # The sensors whose watched object may be used or not, and at each frame whether it is.
+        self._watching: list[Sensor] = []
+        self._used: list[list[bool]] = []
 
     def __len__(self) -> int:
         return len(self._worlds)
+
+    def watch_uses(self, sensors: Iterable[Sensor]) -> None:
+        """Read at each frame whether the objects that these sensors watch are in use."""
+        self._watching = [s for s in sensors if s.kind.requires(USES) and may_change(s)]
 
     @property
     def full(self) -> bool:
@@ -195,7 +209,7 @@ class Capture:
         """
         if not self.add(depsgraph):
             self.add_first(depsgraph, depsgraph)
-        self.read_sensors([step], depsgraph, ())
+        self.read_sensors([step], depsgraph, depsgraph, ())
         return self.finish(depsgraph)
 
     def add_first(self, depsgraph: Any, watched: Any) -> bool:
@@ -266,7 +280,7 @@ class Capture:
         return True
 
     def read_sensors(
-        self, steps: Sequence[int], depsgraph: Any, readers: Sequence[SensorReader]
+        self, steps: Sequence[int], depsgraph: Any, watched: Any, readers: Sequence[SensorReader]
     ) -> list[Read | None]:
         """Read sensors at the frame that was copied last, and return what was read.
 
@@ -274,8 +288,8 @@ class Capture:
         ----------
         steps
             The steps between which nothing changes, for which this frame serves.
-        depsgraph
-            The depsgraph of the whole scene.
+        depsgraph, watched
+            As for `add_first`.
         readers
             The sensors whose parameters or poses can change. Others are read once for the batch.
 
@@ -287,6 +301,7 @@ class Capture:
         frame = len(self.steps)
         reads = {(one, frame): one.read(depsgraph, self.edits) for one in readers}
         self._reads |= reads
+        self._used.append([is_in_use(sensor, watched) for sensor in self._watching])
         self.steps.append(steps[0])
         self.last = steps[-1]
         return list(reads.values())
@@ -300,6 +315,9 @@ class Capture:
         frames = self._copied_solids(depsgraph)
         frames.steps, frames.last, frames.edits = self.steps, self.last, self.edits
         frames.reads, self._reads = self._reads, {}
+        used = np.array(self._used, bool).reshape(len(self._used), len(self._watching))
+        frames.used = {s.name: used[:, i] for i, s in enumerate(self._watching)}
+        self._used = []
         self.steps, self.last = [], -1
         return frames
 

@@ -60,42 +60,40 @@ def change(found: np.ndarray, beside: np.ndarray) -> str:
 def table(
     simulated: Sequence[Day], others: Sequence[Day], real: Sequence[Day],
     rules: dict[str, list[str]], without: Sequence[str], numbers: Sequence[int], seeds: int,
-) -> list[str]:  # fmt: skip
-    """The rows of a table: what is learnt from, and F1 for each number of real days."""
+) -> None:  # fmt: skip
+    """Print a table: what is learnt from, and F1 for each number of real days."""
     known = set(sensors_of(simulated)) & set(sensors_of(real))
     sensors = sorted(name for name in known if not name.startswith(tuple(without)))
     if not sensors:
         raise InputError("no sensor has the same name in both: give names in a table [sensors]")
     ruled = [day.by_rules(rules) for day in simulated]
-    learnt = {
+    learnt: dict[str, Sequence[Day]] = {
         "real days alone": (), "simulated days": simulated,
-        "control: their activities, sensors by rules": ruled, "other real homes": others,
+        "control: their activities, sensors by rules": ruled,
     }  # fmt: skip
-    found = {
-        (name, number): tried(days, real, number, sensors, WINDOW_S, seeds)[:, 1]
-        for name, days in learnt.items()
-        for number in numbers
-        if days or number
-    }
-    heads = ["none" if not number else f"{number}" for number in numbers]
-    lines = [
-        f"{len(simulated)} simulated days, {len(real)} real ones; {', '.join(sensors)}\n",
-        f"| learnt from, and real days: | {' | '.join(heads)} |",
-        "|---" * (len(numbers) + 1) + "|",
-    ]
+    if others:
+        learnt["other real homes"] = others
+    print(f"{len(simulated)} simulated days, {len(real)} real ones; {', '.join(sensors)}\n")
 
-    def row(name: str, cells: Sequence[str]) -> str:
-        return f"| {name} | {' | '.join(cells)} |"
+    def row(name: str, cells: Sequence[str]) -> None:
+        print(f"| {name} | {' | '.join(cells)} |", flush=True)
 
+    row("learnt from, and real days:", [f"{number}" if number else "none" for number in numbers])
+    print("|---" * (len(numbers) + 1) + "|")
+    found = {}
     for name, days in learnt.items():
-        if days or name == "real days alone":
-            lines.append(row(name, [figure(found.get((name, number))) for number in numbers]))
-    names = list(learnt)
-    gained = [change(found[names[1], number], found[names[2], number]) for number in numbers]
-    lines.append(row("**simulated against the control**", gained))
+        found[name] = [
+            tried(days, real, number, sensors, WINDOW_S, seeds)[:, 1] if days or number else None
+            for number in numbers
+        ]
+        row(name, [figure(of) for of in found[name]])
+        if days is ruled:
+            both = zip(found["simulated days"], found[name], strict=True)
+            row("**simulated against the control**", [change(ours, rule) for ours, rule in both])
     whole = one_left_out(real, sensors, min(seeds, 3))
-    lines.append(f"\nAll real days but one, tried on that one, each in turn: {figure(whole)}")
-    return lines
+    print(
+        f"\nAll real days but one, tried on that one, each in turn: {figure(whole)}\n", flush=True
+    )
 
 
 def one_left_out(real: Sequence[Day], sensors: Sequence[str], seeds: int) -> np.ndarray:
@@ -139,7 +137,7 @@ def main() -> None:
         rules = rules_of(given.twin / "rules.toml")
         for without in ([], given.without)[: 1 + bool(given.without)]:
             arguments = simulated, others, real, rules, without, given.real, given.seeds
-            print("\n".join(table(*arguments)), end="\n\n", flush=True)
+            table(*arguments)
     except (AngenError, OSError) as error:
         raise SystemExit(f"sim_to_real: {error}") from None
 

@@ -48,7 +48,7 @@ _NEEDS = {"turn over": (LYING,)}
 USUAL, A_WHILE = 10.0, 6.0
 # The spread of the durations at a place, by its use, and of those for which a leaf is open for a
 # while; docs/residents.md tells where they are from.
-SPREADS = {SIT: (0.4, 0.7), USE: (0.6, 0.6), TAP: (0.6, 0.6), APPLIANCE: (1.3, 0.5)}
+SPREADS = {SIT: (0.4, 0.7), USE: (0.4, 0.4), TAP: (0.4, 0.4), APPLIANCE: (1.3, 0.5)}
 LEAF_SPREAD = (0.67, 1.25)
 # The largest side of a thing that a hand can carry, m.
 LARGEST_THING_M = 1.0

@@ -280,7 +280,9 @@ class Performer:
             self.hands.touch(point)
             return
         work = AT_DESK if self.actor.posture == SITTING else AT_COUNTER
+        began = self.actor.now
         self.hands.work(point, self._drawn_duration(step, step.lasts), stream, work)
+        self.home.uses.append(Use(began, self.actor.now, self.actor.name, step.name))
 
     def _take_posture(self, step: ActivityStep, place: Place) -> Process:
         posture = POSTURES[step.word]

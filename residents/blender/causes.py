@@ -16,6 +16,7 @@ from mathutils import Vector
 
 from ...angen_addon.scene.bearers import candidates
 from ...angen_addon.scene.sensors import Sensor, unit_scale
+from ...sensor_logic.kind import USES
 from ...sensor_logic.logs.log import Event
 from ...sensor_logic.recording.events import NewEvents
 from ...sensor_logic.recording.evidence import cause_of
@@ -84,7 +85,11 @@ class Causes:
                 if event.frame not in because:
                     because[event.frame] = _cause_name(track, event)
                 cause = because[event.frame]
-                person = self.person_of(cause, event.time - self._midnight) if cause else ""
+                time = event.time - self._midnight
+                if track.kind.requires(USES):
+                    person = self._acted.last_user(cause, time)
+                else:
+                    person = self.person_of(cause, time) if cause else ""
                 self.events.append(replace(event, person=person, because=cause))
 
     def person_of(self, name: str, time: float) -> str:

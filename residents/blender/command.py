@@ -34,6 +34,7 @@ from ...sensor_logic.logs.formats import FORMATS
 from ...sensor_logic.logs.log import parse_date
 from ...sensor_logic.logs.wording import part_is, percent
 from ..acting.timeline import Acted
+from ..days.rows import EVENTS
 from ..days.truth import DAY_S
 from . import reachable
 from .folder import Folder, check_dates
@@ -190,14 +191,14 @@ def _run(options: argparse.Namespace, sensors: list[Sensor]) -> bool:
     if not chosen_sensors:
         raise InputError("no sensor is switched on: choose others, or enable some in the home")
     check_dates(options.start, options.days, options.format)
-    check_not_read([options.out / "events.csv"])
+    check_not_read([options.out / EVENTS])
     scene = bpy.context.scene
     plan = Plan.read(options.routine, options.diary)
     household = HouseholdDays(scene, chosen_sensors, plan, options.start, options.seed)
     if options.worker:
         # This never returns: the process that started this one ends it, and writes the tables.
         folder = Folder(options.out, household, options.format, options.samples)
-        _make(household, folder, days_of_worker(), lambda *_: None, is_worker=True)
+        _make(household, folder, days_of_worker(), lambda *_: None)
     # Act the first day now: errors come before anything is written.
     household.acted(0)
     _note_new(household)
@@ -222,7 +223,7 @@ def _all(household: HouseholdDays, folder: Folder, options: argparse.Namespace) 
                 shared.poll_workers()
                 line.show(step, household.acted(number))
 
-            _make(household, folder, shared.own_days(waiting), progress)
+            _make(household, folder, shared.own_days(waiting), progress, options.days)
     finally:
         line.clear()
         whole, notes = folder.finish(options.days)
@@ -244,12 +245,18 @@ def _make(
     folder: Folder,
     numbers: Iterable[int],
     progress: Callable[[int, Progress], object],
-    is_worker: bool = False,
+    days: int = 0,
 ) -> None:
-    """Simulate days into the folder; a worker leaves what is to be told to the first process."""
+    """Simulate days into the folder, whose `events.csv` grows to at most `days` days.
+
+    `days` is 0 in a worker, which leaves tables and what is to be told to the first process.
+    """
+    if days:
+        folder.grow(days)
     for day in run_days(household, numbers, progress):
         folder.keep(day)
-        if not is_worker:
+        if days:
+            folder.grow(days)
             _note_new(household)
 
 

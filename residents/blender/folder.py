@@ -4,10 +4,10 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from datetime import date, datetime, time
-from itertools import takewhile
+from itertools import chain, takewhile
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +24,8 @@ from ...sensor_logic.logs.formats import FORMATS
 from ...sensor_logic.logs.formats.outputs import check_installed, check_out, output_files
 from ...sensor_logic.logs.formats.source import format_labels
 from ...sensor_logic.recording.tracks import Track
-from ..days.rows import Day, DayRows, toml
+from ...sensor_logic.recording.validity import often_not_valid
+from ..days.rows import EVENTS, Day, DayRows, GrowingEvents, toml
 from ..days.samples import samples_csv
 from ..days.truth import DAY_S
 from .daylight import site_of
@@ -67,6 +68,7 @@ class Folder:
             household.keep_samples = self.keep_samples
         self._formats = [FORMATS[name] for name in dict.fromkeys(formats) if name != "events"]
         self._digest = digest_of(household)
+        self._grown = GrowingEvents()
         for target in self._formats:
             check_installed(target)
         self._create()
@@ -137,6 +139,22 @@ class Folder:
         """Write the file of a day, fully or not at all; raise `AngenError` on failure."""
         write_files({self._file(day.date): day.as_json(self._digest)})
 
+    def grow(self, days: int) -> None:
+        """Add complete days to `events.csv`, at most `days` in all, if they follow those in it.
+
+        At any moment the file is whole, with the days before the first missing one. The other
+        tables are written by `finish`. Raise `AngenError` if a file cannot be written.
+        """
+        file = self._path / EVENTS
+        if not file.is_file():
+            self._grown = GrowingEvents()
+        before = _pieces(file) if self._grown.days else ()
+        texts: list[bytes] = []
+        while self._grown.days < days and (day := self.read(self._grown.days)) is not None:
+            texts.append(self._grown.text_of(day).encode())
+        if texts:
+            write_files({file: chain(before, texts)})
+
     def discard(self) -> None:
         """Remove the files that `__init__` has made; if the folder has a day, do nothing."""
         if list((self._path / DAYS).iterdir()) != [self._path / MARK]:
@@ -164,6 +182,7 @@ class Folder:
         texts[self._path / "home.toml"] = self._home_toml(len(found))
         notes = self._add_formats(whole, texts)
         write_files(texts)
+        notes += often_not_valid(one for day in found for one in day.not_valid)
         return len([*takewhile(self.has, range(len(found)))]), notes
 
     def _add_formats(self, whole: DayRows, texts: dict[Path, Any]) -> list[str]:
@@ -211,6 +230,13 @@ class Folder:
         if labels := self._activity_labels():
             found["labels"] = labels
         return toml(found, map(_sensor_values, sorted(house.sensors, key=lambda s: s.name)))
+
+
+def _pieces(file: Path) -> Iterator[bytes]:
+    """Yield the content of a file in parts of up to a megabyte."""
+    with open(file, "rb") as opened:
+        while piece := opened.read(1 << 20):
+            yield piece
 
 
 def _sensor_values(sensor: Sensor) -> Mapping[str, Any]:

@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike
 from ...angen_addon.scene.instances import chain
 from ...angen_addon.scene.light.scene import BEGINS, reference_frames
 from ...angen_addon.scene.sensors import unit_scale
+from ...angen_addon.scene.surfaces.warmth import heat_of
 from ...sensor_logic.model import Array, Index
 from ..acting.places import Places
 from ..acting.timeline import Acted, Gesture, Hold, Timeline, openings_at
@@ -316,6 +317,11 @@ class KeyedStretch:
         obj, seconds = bpy.data.objects[name], self._seconds_at(frames)
         if obj.library is not None:
             return
+        if heat_of(obj) is not None:
+            # How warm it is depends on all its uses of the day so far.
+            edges = np.ceil([self._frame_at(one) - 1e-6 for one in spans[spans < seconds[0]]])
+            frames = np.unique(np.r_[edges.astype(frames.dtype), frames])
+            seconds = self._seconds_at(frames)
         used = np.zeros(len(frames), bool)
         for start, end in spans:
             used |= (seconds >= start - 1e-6) & (seconds < end - 1e-6)

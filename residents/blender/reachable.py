@@ -174,7 +174,7 @@ def _object_between(ground: WalkedStorey, rows: NDArray[np.intp], lost: Unreache
         return ""
     way = ((end - start) / length)[None]
     others = np.setdiff1d(home.rows, rows)
-    _, numbers = home.caster.first_met(
+    _, numbers = home.caster.first_hits(
         others, start[None] / home.metres, way, np.array([length / home.metres])
     )
     names = {solid.number: solid.name for solid in home.caster.solids.solids}

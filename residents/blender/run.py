@@ -30,6 +30,7 @@ from ...sensor_logic.logs.wording import uncapitalized
 from ...sensor_logic.model import Array
 from ...sensor_logic.progress import Work, finished
 from ...sensor_logic.recording.tracks import Recording, Track
+from ...sensor_logic.recording.validity import not_valid
 from ..acting import FloorMap, acting
 from ..acting.places import Places
 from ..acting.timeline import Acted
@@ -448,7 +449,8 @@ class HouseholdDays:
             self.keep_samples(on, day.recording.tracks, day.midnight)
         where = people(acted, self._room_at, self.places.room_of)
         done = activities(acted, self.places.room_of, where)
-        return Day(on, day.events, tuple(done), tuple(where))
+        invalid = tuple(not_valid(day.recording.tracks.values()))
+        return Day(on, day.events, tuple(done), tuple(where), invalid)
 
     @contextmanager
     def keyed(self) -> Iterator[KeyedStretch]:

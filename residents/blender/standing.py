@@ -433,7 +433,7 @@ def _is_in_sight(ground: WalkedStorey, marked: MarkedObject, points: Array, targ
     level = np.full(len(points), ground.storey.height + SIGHT_M)
     ways = np.column_stack([way / np.maximum(length, 1e-9)[:, None], np.zeros(len(points))])
     starts = np.column_stack([points, level])
-    ranges, _ = home.caster.first_met(rows, starts / home.metres, ways, far / home.metres)
+    ranges, _ = home.caster.first_hits(rows, starts / home.metres, ways, far / home.metres)
     seen: Array = ranges * home.metres >= far * (1 - 1e-6)
     return seen
 

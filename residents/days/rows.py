@@ -14,11 +14,13 @@ from typing import Any
 from ...sensor_logic.clock import Clock
 from ...sensor_logic.logs.formats.log import Log, LoggedActivity, SensorFacts
 from ...sensor_logic.logs.formats.source import ACTIVITY_HEADER, DAY_HEADER, make_log
-from ...sensor_logic.logs.log import Event, Value, format_value, to_csv
+from ...sensor_logic.logs.log import Event, Value, format_value, rows_of, to_csv
 from ...sensor_logic.model import Array
+from ...sensor_logic.recording.validity import NotValid
 from ..routine.timetable import day_number
 from .truth import DAY_S, US, Whereabouts, join_activities
 
+EVENTS = "events.csv"
 PEOPLE_HEADER = ("time", "person", "room", "x_m", "y_m", "z_m", "posture")
 DAY_US = round(DAY_S) * US
 _cells = attrgetter(*DAY_HEADER)
@@ -29,13 +31,14 @@ class Day:
     """A simulated day: its events, and what people did, in µs since midnight.
 
     Events are in the order of the event log. The first event of each field has its value at
-    midnight, and no cause.
+    midnight, and no cause. `not_valid` says how often each sensor was not valid.
     """
 
     date: date
     events: tuple[Event[int], ...]
     activities: tuple[LoggedActivity, ...]
     people: tuple[Whereabouts, ...]
+    not_valid: tuple[NotValid, ...] = ()
 
     def as_json(self, digest: str) -> str:
         """Return the day as JSON text; `digest` is a hash that identifies its run."""
@@ -46,6 +49,7 @@ class Day:
             "events": [_cells(event) for event in self.events],
             "activities": activities,
             "people": self.people,
+            "not_valid": self.not_valid,
         }
         return json.dumps(found, ensure_ascii=False, separators=(",", ":")) + "\n"
 
@@ -68,6 +72,7 @@ class Day:
                 tuple(_event(row) for row in found["events"]),
                 tuple(LoggedActivity(*row) for row in found["activities"]),
                 tuple(people),
+                tuple(NotValid(*row) for row in found.get("not_valid", [])),
             )
         except (KeyError, TypeError) as error:
             raise ValueError(str(error)) from None
@@ -119,9 +124,6 @@ class DayRows:
     def files(self) -> dict[str, str]:
         """Return the text of each table, by file name."""
         begin = datetime.combine(self.start, time())
-        events = (
-            (_local_time(begin, e.time), *map(format_value, _cells(e)[1:])) for e in self.events
-        )
         activities = (
             (_local_time(begin, a.start), _local_time(begin, a.end), a.person, a.activity, a.room)
             for a in self.activities
@@ -131,7 +133,7 @@ class DayRows:
             for w in self.people
         )
         return {
-            "events.csv": to_csv(DAY_HEADER, events),
+            EVENTS: to_csv(DAY_HEADER, _event_rows(self.start, self.events)),
             "activities.csv": to_csv(ACTIVITY_HEADER, activities),
             "people.csv": to_csv(PEOPLE_HEADER, people),
         }
@@ -155,16 +157,46 @@ class DayRows:
         return make_log(events, sensors, begin, activities, about)
 
 
+class GrowingEvents:
+    """The text of `events.csv`, made a day at a time. It is the text of `DayRows.files`."""
+
+    def __init__(self) -> None:
+        self.days = 0
+        self._start: date | None = None
+        self._last: dict[tuple[str, str], Value] = {}
+
+    def text_of(self, day: Day) -> str:
+        """Return the rows of the next day, for the first one with the header."""
+        self._start = self._start or day.date
+        rows = _event_rows(self._start, _new_events(day, self.days, self._last))
+        self.days += 1
+        return to_csv(DAY_HEADER, rows) if self.days == 1 else rows_of(rows)
+
+
+def _event_rows(start: date, events: Iterable[Event[int]]) -> Iterator[Iterable[str]]:
+    """Yield the rows of `events.csv`, for events in µs since midnight of the date `start`."""
+    begin = datetime.combine(start, time())
+    return ((_local_time(begin, e.time), *map(format_value, _cells(e)[1:])) for e in events)
+
+
 def _events(days: Sequence[Day]) -> Iterator[Event[int]]:
     """Yield the events of all days; those at midnight only if the value has changed."""
     last: dict[tuple[str, str], Value] = {}
     for number, day in enumerate(days):
-        for event in day.events:
-            key = event.sensor, event.field
-            if event.time == 0 and last.get(key) == event.value:
-                continue
-            last[key] = event.value
-            yield event.at(event.time + number * DAY_US)
+        yield from _new_events(day, number, last)
+
+
+def _new_events(day: Day, number: int, last: dict[tuple[str, str], Value]) -> Iterator[Event[int]]:
+    """Yield the events of day `number`; those at midnight only if the value has changed.
+
+    `last` has the value of each sensor's field before the day, and is brought up to date.
+    """
+    for event in day.events:
+        key = event.sensor, event.field
+        if event.time == 0 and last.get(key) == event.value:
+            continue
+        last[key] = event.value
+        yield event.at(event.time + number * DAY_US)
 
 
 def _people(days: Sequence[Day]) -> Iterator[Whereabouts]:

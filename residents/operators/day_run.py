@@ -149,6 +149,7 @@ def _simulate_days(household: HouseholdDays, folder: Folder, days: int) -> Work[
             for step in steps:
                 if isinstance(step, Day):
                     folder.keep(step)
+                    folder.grow(days)
                     made += 1
                     continue
                 number, now = step

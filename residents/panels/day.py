@@ -71,6 +71,7 @@ def _draw_run(layout: Any, settings: Any) -> None:
 
 class ANGEN_PT_day(ClosedSidebar, Panel):
     bl_label = "Day"
+    help_page = "residents"
 
     def draw(self, context: Context) -> None:
         layout, settings = self.layout, context.scene.angen_day

@@ -79,6 +79,7 @@ class ANGEN_PT_physics_place(PhysicsTab, Panel):
 
 class ANGEN_PT_places(ClosedSidebar, Panel):
     bl_label = "Residents' Places"
+    help_page = "residents"
 
     def draw(self, context: Context) -> None:
         layout = self.layout

@@ -68,7 +68,7 @@ class ANGEN_PT_physics_resident(_Resident, PhysicsTab, Panel):
 
 
 class ANGEN_PT_sidebar_resident(_Resident, Sidebar, Panel):
-    pass
+    help_page = "residents"
 
 
 register, unregister = bpy.utils.register_classes_factory(

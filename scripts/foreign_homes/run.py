@@ -113,7 +113,12 @@ def run(folder: Path, name: str, command: list[object]) -> tuple[str, str]:
     began = time.monotonic()
     try:
         done = subprocess.run(
-            [*program, *map(str, command)], cwd=ROOT, capture_output=True, text=True, timeout=LIMIT
+            [*program, *map(str, command)],
+            cwd=ROOT,
+            capture_output=True,
+            encoding="utf-8",
+            errors="replace",
+            timeout=LIMIT,
         )
         status, said = done.returncode, done.stdout + done.stderr
         out = done.stdout

@@ -10,6 +10,7 @@ from __future__ import annotations
 import pkgutil
 from importlib import import_module
 
+from ..heat import HEAT
 from ..kind import Kind, OwnerProperties
 from ..logs.fields import LOGGED_KINDS
 from ..use import IN_USE
@@ -40,7 +41,7 @@ LOGGED_KINDS.update({identifier: kind.logged for identifier, kind in KINDS.items
 
 
 # The properties that kinds need of other objects and of materials, by the type of the owner.
-_EVERY = (IN_USE, *(made for kind in KINDS.values() for made in kind.owner_properties))
+_EVERY = (IN_USE, HEAT, *(made for kind in KINDS.values() for made in kind.owner_properties))
 _OWNED = {
     owner: tuple(made for made in _EVERY if owner in made.owners)
     for owner in ("Object", "Material")

@@ -240,8 +240,8 @@ class DistanceSensor(Model):
         if zone < 0 or solids is None:
             self._hits = None, zone, ""
         elif self._hits[0] is not solids or self._hits[1] != zone:
-            met = solids.reshape(shape)[zone].tolist()
-            names = Counter(name for number in met if (name := update.name_of(number)))
+            each = solids.reshape(shape)[zone].tolist()
+            names = Counter(name for number in each if (name := update.name_of(number)))
             self._hits = solids, zone, rows_text(names.most_common())
         evidence = {"zone": zone, "hits": self._hits[2]}
         return Reading(self._near, nearest, fields, evidence)

@@ -7,8 +7,10 @@ only for errors that some caller handles in a different way.
 
 from __future__ import annotations
 
+import codecs
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 
 class AngenError(Exception):
@@ -36,6 +38,25 @@ def explained(
     except kinds as error:
         why = error.strerror if isinstance(error, OSError) else error
         raise raised(f"{where}: {why}") from None
+
+
+@contextmanager
+def decoded(path: Path) -> Iterator[None]:
+    """Context manager: raise InputError if the file that is read here is not a text in UTF-8."""
+    try:
+        yield
+    except UnicodeDecodeError as error:
+        check_mark(path, error.object)
+        raise InputError(f"{path} is not a text file in UTF-8") from None
+
+
+def check_mark(path: Path, begin: bytes) -> None:
+    """Raise InputError if the first bytes of a file say that it is in UTF-16."""
+    if begin[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE):
+        raise InputError(
+            f"{path} is in UTF-16, as > in Windows PowerShell writes: use an option such as "
+            "--events there, or cmd"
+        ) from None
 
 
 @contextmanager

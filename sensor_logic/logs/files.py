@@ -14,7 +14,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, Self
 
-from .error import AngenError, InputError, explained, replaced
+from .error import AngenError, InputError, decoded, explained, replaced
 
 # Windows has no `fcntl`, but on Windows an open file cannot be removed, which serves as the lock.
 SYSTEM = os.name
@@ -68,7 +68,7 @@ def read_text(path: Path) -> str:
     """Return the text of a file that a user named. Raise InputError if it cannot be read."""
     with (
         explained(f"cannot read {path}", OSError),
-        replaced(f"{path} is not a text file in UTF-8", UnicodeDecodeError),
+        decoded(path),
     ):
         return path.read_text(encoding="utf-8-sig")
 

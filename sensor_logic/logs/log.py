@@ -18,7 +18,7 @@ from datetime import UTC, date, datetime, timedelta
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
-from .error import InputError, replaced
+from .error import InputError, decoded, replaced
 
 # The name of the column with dates and times.
 COLUMN = "time"
@@ -191,7 +191,7 @@ def read_events(path: Path) -> list[Event[float]]:
     Raise InputError if a line is not valid, or OSError if the file cannot be read.
     """
     # "-sig" skips the byte order mark that spreadsheets write.
-    with open(path, newline="", encoding="utf-8-sig") as file:
+    with decoded(path), open(path, newline="", encoding="utf-8-sig") as file:
         reader = csv.reader(file)
         try:
             header = tuple(next(reader, ()))
@@ -201,7 +201,7 @@ def read_events(path: Path) -> list[Event[float]]:
             rows = reader if header == HEADER else ()
             found = [_read_event(row, dated, reader.line_num) for row in rows]
         except UnicodeDecodeError:
-            raise InputError(f"{path} is not a text file in UTF-8") from None
+            raise
         except (ValueError, csv.Error):
             raise InputError(f"{path}: line {reader.line_num} is not an event") from None
     if header != HEADER:

@@ -30,6 +30,7 @@ class ANGEN_MT_study_vary(Menu):
 
 class ANGEN_PT_study(ClosedSidebar, Panel):
     bl_label = "Study"
+    help_page = "studies"
 
     def draw(self, context: Context) -> None:
         layout, wanted = self.layout, context.window_manager.angen_study

@@ -157,18 +157,23 @@ def begins_late(world: Any) -> None:
 
 @among(watchers)
 def steps_on_a_pad(world: Any) -> None:
-    """Let a person step on a pad, wait, and hop to a slab on another pad.
+    """Let a person step on a pad, wait, hop to a slab on another pad, and then on a mattress.
 
-    A drawer moves below that slab. A third pad is far away, as is a cat that walks all the time.
+    A drawer moves below that slab. The mattress has no mass, and is pulled over the pad below it.
+    A fourth pad is far away, as is a cat that walks all the time.
     """
-    for name, at in (("pad", (0, 0, 0.01)), ("far", (7, 0, 0.01)), ("slab's", (0, 2, 0.01))):
+    pads = {"pad": (0, 0, 0.01), "far": (7, 0, 0.01), "slab's": (0, 2, 0.01), "bed": (2.5, 2, 0.01)}
+    for name, at in pads.items():
         world.sensor("PRESSURE", name, world.box((0.5, 0.5, 0.02), at, name), update_rate=6.0)
     world.box((9, 9, 1), (0, 0, -0.5), "floor")
     world.box((0.4, 0.4, 0.1), (0, 2, 0.07), "slab").angen_load.mass = 5.0
     person = body(world, "person", (-3, 0, 0.45))
     person.angen_load.mass = 60.0
     at = {1: (-3, 0, 0.45), 9: (0, 0, 0.47), 25: (0, 0, 0.47), 27: (0, 0, 0.8), 29: (0, 2, 0.57)}
+    at |= {38: (0, 2, 0.57), 42: (2.5, 2, 0.67)}
     world.key(person, "location", at, "LINEAR")
+    mattress = world.box((1.2, 1.2, 0.2), (2.5, 2, 0.12), "mattress")
+    world.key(mattress, "location", {12: (3.5, 2, 0.12), 16: (2.5, 2, 0.12)}, "LINEAR")
     cat = {1: (-3, 5, 0), 48: (3, 5, 0)}
     world.key(body(world, "cat"), "location", cat, "LINEAR")
     drawer = world.box((0.2, 0.2, 0.02), (0, 2, -0.2), "drawer")

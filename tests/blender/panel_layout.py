@@ -128,14 +128,18 @@ def panel_of(name):
 
 
 def drawn(name, opened=True):
-    """Return the items that a panel draws in the present context, with its header."""
+    """Return the items that a panel draws in the present context, with its header.
+
+    The button that opens the panel's page of the docs is left out.
+    """
     cls = panel_of(name)
     assert not hasattr(cls, "poll") or cls.poll(bpy.context)
     layout = Layout(opened=opened)
-    panel = SimpleNamespace(layout=layout)
+    panel = SimpleNamespace(layout=layout, help_page=getattr(cls, "help_page", ""))
     for part in ("draw_header", "draw_header_preset", "draw"):
         if hasattr(cls, part):
             getattr(cls, part)(panel, bpy.context)
+    layout.operators = [item for item in layout.operators if item[1] != "HELP"]
     return layout
 
 

@@ -155,6 +155,19 @@ def a_magnet_on_a_leaf(world: Any, _: Path) -> None:
 
 
 @scene(skips=True)
+def a_use_between_updates(world: Any, _: Path) -> None:
+    """A flush, and a lamp that is an empty: both are used for a frame or two between updates."""
+    toilet, lamp = world.box((0.4, 0.6, 0.4), (3, 3, 0), "toilet"), world.link("lamp", None)
+    world.sensor("FLOW", "flush", update_rate=4.0, watched=toilet, flows="AFTER_USE")
+    toilet_flow = world.bpy.data.objects["flush"].angen_sensor.flow
+    toilet_flow.refill_volume, toilet_flow.noise_sigma = 0.1, 0.1
+    world.sensor("APPLIANCE", "plug", update_rate=4.0, watched=lamp, load="LAMP")
+    world.key(toilet, "angen_use.in_use", {1: False, 8: True, 10: False}, "CONSTANT")
+    world.key(lamp, "angen_use.in_use", {1: False, 20: True, 21: False, 33: True}, "CONSTANT")
+    watched(world)
+
+
+@scene(skips=True)
 def a_colour_that_reflects_less(world: Any, _: Path) -> None:
     wall, material = world.wall(2.0, size=9.0), world.bpy.data.materials.new("paint")
     wall.data.materials.append(material)

@@ -75,6 +75,23 @@ def test_progress_is_quiet_when_asked(home, command):
     assert "times real time" in command("simulate")[2]
 
 
+def test_a_pad_that_is_often_not_valid_is_told_with_the_reason(home, world, command):
+    """Two metres above the floor, a person; then on the floor, which the first update knows not."""
+    world.box((4, 4, 0.2), (0, 0, -0.1), "Floor")
+    pad = world.box((1, 1, 0.01), (0, 0, 0.005), "Pad")
+    pad.angen_sensor.kind, pad.angen_sensor.update_rate = "PRESSURE", 4.0
+    person = world.box((0.3, 0.3, 1.7), (0, 0, 1.5), "Person")
+    person.angen_load.mass = 70.0
+    world.update()
+    assert one_line(command("simulate", "--quiet")[2]) == (
+        "angen: 'Pad' was not valid in 100 % of its updates: nothing supports 'Person', so its "
+        "weight cannot be computed"
+    )
+    person.location.z = 0.86
+    world.update()
+    assert command("simulate", "--quiet")[2] == ""
+
+
 def test_sensors_that_are_off_are_named(home, world, command):
     world.switch("off", enabled=False)
     world.sensor("LIGHT", "dark", enabled=False)

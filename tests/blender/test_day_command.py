@@ -115,7 +115,7 @@ def test_what_was_kept_is_gone_on_with(
     lived(2)
     whole = LIVED[2]
     write(home.parent / "parts", FIRST_DAY, whole)
-    run, steps = addon_part("residents.blender.run"), []
+    run, steps, grown = addon_part("residents.blender.run"), [], []
     household_run = run.HouseholdDays.run
 
     def interrupted(self: Any, number: int, keys: Any, **more: Any) -> Any:
@@ -123,6 +123,7 @@ def test_what_was_kept_is_gone_on_with(
         for step in made:
             steps.append(step)
             if len(steps) == 3:
+                grown.append((home.parent / "parts" / "events.csv").read_bytes())
                 os.kill(os.getpid(), signal.SIGINT)
             yield step
         raise AssertionError("Ctrl-C was not heard")
@@ -132,8 +133,11 @@ def test_what_was_kept_is_gone_on_with(
     assert status == 1 and "1 of 2 days are in" in told and "nothing was written" not in told
     assert len(rows(home.parent / "parts" / "activities.csv")) == 3
     monkeypatch.undo()
+    # The first day was there before the second was whole.
+    assert grown == [(home.parent / "parts" / "events.csv").read_bytes()]
     assert day(out="parts")[0] == 0
     assert content(home.parent / "parts") == whole
+    assert whole["events.csv"].startswith(grown[0])
     # The command again has nothing to do: no day is rewritten.
     days = home.parent / "parts" / "days"
     written = {path.name: path.stat().st_mtime_ns for path in days.glob("*.json")}

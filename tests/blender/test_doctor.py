@@ -6,6 +6,7 @@ from math import radians
 from pathlib import Path
 
 import bpy
+import numpy as np
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon import doctor
 from bl_ext.user_default.angen_sensors.angen_addon.commands.command_line import (
@@ -13,6 +14,7 @@ from bl_ext.user_default.angen_sensors.angen_addon.commands.command_line import 
 )
 from bl_ext.user_default.angen_sensors.angen_addon.doctor import CHECKS
 from bl_ext.user_default.angen_sensors.operators import doctor as button
+from pressure_scenes import CORNERS, FACES
 
 SAMPLE = Path(__file__).parents[2] / "sample_blends" / "angen.blend"
 
@@ -184,9 +186,24 @@ def setting(name, path, value):
     return spoil
 
 
+def under_a_chair():
+    """Put the pad below a chair with legs, which has no mass."""
+    chair, mat = bpy.data.objects["Chair 1"], bpy.data.objects["Mat"]
+    mat.location.xy = chair.location.xy
+    legs = [(x, y) for x in (-0.2, 0.2) for y in (-0.15, 0.15)]
+    parts = [((0.25, 0.2, 0.02), (0.0, 0.0, 0.1))]
+    parts += [((0.02, 0.02, 0.22), (x, y, -0.13)) for x, y in legs]
+    points = [c + CORNERS[i] * h for half, c in parts for i in range(8) for h in [np.array(half)]]
+    faces = [tuple(8 * part + i for i in face) for part in range(5) for face in FACES.tolist()]
+    mesh = bpy.data.meshes.new("stool")
+    mesh.from_pydata([tuple(point) for point in points], [], faces)
+    chair.data = mesh
+
+
 flat = setting("Chair 1", "scale", (1.0, 1.0, 0.0))
 beam_of_nothing = setting("Switch", "angen_sensor.optical_switch.threshold", 0.001)
 no_magnet = setting("Switch", "angen_sensor.kind", "CONTACT")
+plugless = setting("Switch", "angen_sensor.kind", "APPLIANCE")
 hidden = setting("Chair 1", "hide_viewport", True)
 cold = setting("Person", "angen_warmth.use_temperature", False)
 sixty_watts, dark = setting("Lamp", "data.energy", 60.0), setting("Lamp", "data.energy", 0.0)
@@ -198,6 +215,7 @@ BAD = {
     "background": (background, "of the background set 'Street': 'House'", "Clear Background Set"),
     "unreachable": (beam_of_nothing, "'Switch': the threshold (0.001 m) is not", "Raise"),
     "names_none": (no_magnet, "'Switch' has no magnet", "Choose its Magnet"),
+    "watches": (plugless, "'Switch' watches no object", "Choose what it Watches"),
     "hidden": (hidden, "'Chair 1'", "Show them"),
     "no_faces": (bare, "'Chair 1'", "Fill the edges with faces"),
     "holes": (no_ceiling, "The room of 'Detector', 'Light' is open above", "a ceiling"),
@@ -214,6 +232,8 @@ BAD = {
     "dark": (dark, "lights 'Light'", "Add a lamp"),
     "pads": (weightless, "'Mat': nothing in this scene has a weight", "give an animated person"),
     "pads_in_air": (in_the_air, "'Mat' hangs in the air", "Lower the pad onto the floor"),
+    "pads_not_valid": (under_a_chair, "'Chair 1' stands on 'Mat' with some of its parts and has no "
+                                      "mass", "Give 'Chair 1' a mass"),
     "names": (twins, "2 sensors are called 'A/Door switch'", "Rename one"),
 }  # fmt: skip
 

@@ -143,6 +143,22 @@ def test_a_radar_tells_the_gate_and_who_is_in_it(world):
     assert on.part.startswith("gate ") and on.before < on.after
 
 
+@pytest.mark.parametrize(
+    ("kind", "settings", "field", "measure"),
+    [
+        ("APPLIANCE", {"load": "STOVE"}, "on", "power_w"),
+        ("FLOW", {}, "flowing", "flow_lpm"),
+    ],
+)
+def test_what_is_in_use_is_told_with_its_power_or_flow(world, kind, settings, field, measure):
+    stove = world.box((0.6, 0.6, 0.9), name="Stove")
+    world.key(stove, "angen_use.in_use", {1: False, 4: True}, "CONSTANT")
+    world.sensor(kind, "plug", update_rate=24.0, watched=stove, **settings)
+    on = last_event(world, "plug", field)
+    assert (on.frame, on.value, on.objects, on.measure) == (4.0, True, ("Stove",), measure)
+    assert on.before == 0.0 < on.after
+
+
 def test_there_is_evidence_for_each_row_of_the_log_also_of_a_pickled_recording(world):
     world.wall(3.0)
     world.pir(noise_sigma=0.03)

@@ -56,8 +56,8 @@ def test_rays_are_lit_exactly_where_the_detector_says_that_something_moved(world
         if seen.lit:
             (tilt,) = seen.rays.scan
             assert tilt * math.radians(10) == pytest.approx(sensor.angen_sensor.value, abs=1e-6)
-            met, before = seen.rays.bundles[tilt], seen.rays.scan[tilt]
-            assert len(seen.lit[0].lines["lit"]) == (np.abs(met.ranges - before) > 0.05).sum()
+            cast, before = seen.rays.bundles[tilt], seen.rays.scan[tilt]
+            assert len(seen.lit[0].lines["lit"]) == (np.abs(cast.ranges - before) > 0.05).sum()
     assert lit == states
     assert 5 < sum(lit) < 45
 
@@ -93,9 +93,9 @@ def test_following_changes_no_reading(world, field):
 
 def assert_all_is_as_it_is_now(world, seen):
     assert sorted(seen.rays.bundles) == [0, 1, 2]
-    for number, met in seen.rays.bundles.items():
+    for number, cast in seen.rays.bundles.items():
         ranges = world.rays(seen.sensor.object, number)[2]
-        assert met.ranges == pytest.approx(ranges, abs=1e-9)
+        assert cast.ranges == pytest.approx(ranges, abs=1e-9)
 
 
 def test_at_rest_all_is_as_it_is_now_and_after_a_jump_what_was_sensed(world, field):
@@ -117,7 +117,7 @@ def test_a_moved_or_altered_sensor_is_followed(world, field):
     assert of(moved, "pir").rays.bundles[0].origins == pytest.approx(first + (2, 0, 0))
     sensor.angen_sensor.pir.rays = 9
     moved.outdated = True
-    assert [len(met.reach) for met in of(field(), "pir").rays.bundles.values()] == [9, 9, 9]
+    assert [len(cast.reach) for cast in of(field(), "pir").rays.bundles.values()] == [9, 9, 9]
     for change in ("enabled", "range_min"):
         sensor.angen_sensor.enabled = change != "enabled"
         sensor.angen_sensor.pir.range_min = 9.0 if change == "range_min" else 0.05
@@ -130,8 +130,8 @@ def test_keyed_parameters_are_followed(world, field):
     sensor = make_pir(world)
     world.key(sensor, "angen_sensor.pir.range_max", {1: 2.0, 11: 3.0})
     for frame, reach in ((1, 1.95), (11, 2.95)):
-        (met,) = of(field(frame), "pir").rays.bundles.values()
-        assert met.reach[0] == pytest.approx(reach)
+        (cast,) = of(field(frame), "pir").rays.bundles.values()
+        assert cast.reach[0] == pytest.approx(reach)
 
 
 def test_undo_and_load_leave_nothing(world, field):
@@ -231,8 +231,8 @@ def test_what_moves_leaves_the_fields_alone_in_which_nothing_does(
 
 def ends(seen, back=0.0):
     """Return the ends (n, 3) of a sensor's rays in m, or points `back` before them."""
-    met = seen.rays.bundles.values()
-    return np.concatenate([m.origins + m.directions * (m.ranges - back)[:, None] for m in met])
+    cast = seen.rays.bundles.values()
+    return np.concatenate([m.origins + m.directions * (m.ranges - back)[:, None] for m in cast])
 
 
 def drawn(seen, meaning, what="lines"):
@@ -253,13 +253,13 @@ def test_the_rays_drawn_are_those_that_the_detector_casts(world, field, sweep, s
     world.box((30 / scale, 0.1 / scale, 30 / scale), (0, 4 / scale, 0))
     found = of(field(), "pir").rays.bundles
     assert list(found) == ([0] if sweep == "ALL" else [0, 1, 2])
-    for number, met in found.items():
+    for number, cast in found.items():
         origins, directions, ranges = world.rays(sensor, number)
         assert len(origins) == (21 if sweep == "ALL" else 7)
-        assert np.allclose(met.origins, origins, rtol=0, atol=1e-12)
-        assert np.array_equal(met.directions, directions)
-        assert np.allclose(met.ranges, ranges, rtol=0, atol=1e-12)
-    assert any((met.ranges < met.reach).any() for met in found.values())
+        assert np.allclose(cast.origins, origins, rtol=0, atol=1e-12)
+        assert np.array_equal(cast.directions, directions)
+        assert np.allclose(cast.ranges, ranges, rtol=0, atol=1e-12)
+    assert any((cast.ranges < cast.reach).any() for cast in found.values())
 
 
 def off_lines(points, lines):
@@ -321,14 +321,14 @@ def test_the_views_of_a_light_sensor_are_those_of_its_cameras(world, field):
     axes = np.array(sensor.matrix_world, float)[:3, :3]
     assert list(found) == [0, 1, 2, 3]
     for wall, about in enumerate(([0, 0, -1], [-1, 0, 0], [0, 0, 1], [1, 0, 0])):
-        met = found[wall]
-        assert met.directions[0] == pytest.approx(axes @ about, abs=1e-6)
+        cast = found[wall]
+        assert cast.directions[0] == pytest.approx(axes @ about, abs=1e-6)
         quarter = np.array(Matrix.Rotation(wall * math.pi / 2, 3, "Y"), float)
         corners = ahead @ (axes @ quarter).T * 5.0 + (1, 2, 3)
-        far = (met.origins + met.directions * met.reach[:, None])[1:]
+        far = (cast.origins + cast.directions * cast.reach[:, None])[1:]
         for corner in corners:
             assert np.linalg.norm(far - corner, axis=1).min() < 1e-5
-        assert (met.origins - (1, 2, 3)) @ axes @ about == pytest.approx(0.5, abs=1e-6)
+        assert (cast.origins - (1, 2, 3)) @ axes @ about == pytest.approx(0.5, abs=1e-6)
 
 
 @pytest.mark.parametrize("scale", [1.0, 0.01])
@@ -348,19 +348,19 @@ def test_zones_are_drawn_where_the_rays_in_them_end(world, field, scale):
     normal = np.array([0.0, -math.sin(0.1), math.cos(0.1)])
     for name, count, meaning in (("lens", len(zones), "picture"), ("ranger", 6, "outline")):
         seen = of(found, name)
-        (met,) = seen.rays.bundles.values()
+        (cast,) = seen.rays.bundles.values()
         corners = drawn(seen, meaning).reshape(-1, 4, 2, 3)[:, :, 0] * scale
         assert len(corners) == count
         ways = corners - seen.pose.origin
         size = np.linalg.norm(ways, axis=-1, keepdims=True)
-        inside = met.directions.reshape(count, -1, 3)
+        inside = cast.directions.reshape(count, -1, 3)
         for edges, rays in zip(ways / size, inside, strict=True):
             # Before each of the four planes through neighbouring corners.
             sides = np.cross(edges, np.roll(edges, -1, axis=0))
             sides *= np.sign(sides @ edges.mean(axis=0))[:, None]
             assert (rays @ sides.T > -1e-6).all()
         # A centimetre before the wall, which all rays of a zone hit.
-        hit = (met.ranges < met.reach).reshape(count, -1).all(axis=1)
+        hit = (cast.ranges < cast.reach).reshape(count, -1).all(axis=1)
         places = corners + ways / size * 0.01
         assert hit.any()
         assert (places[hit] - (0, 0, -3.0)) @ normal == pytest.approx(0.0, abs=2e-3)

@@ -326,3 +326,16 @@ def test_frames_outside_the_scene_are_told(home, run, frames, words) -> None:
     )
     first, last = max(frames[0], 1), frames[1]
     assert out.splitlines() == [words, str([float(first), float(last)])]
+
+
+def test_the_twin_of_a_real_home_has_contacts_that_close(run) -> None:
+    layout = ROOT / "docs" / "examples" / "twin" / "sensors.json"
+    said = run(
+        "import angen_sensors\n"
+        f"home = angen_sensors.open({str(ROOT / 'sample_blends' / 'angen.blend')!r})\n"
+        f"home.apply({str(layout)!r})\n"
+        "names = ['Contact fridge', 'Contact cupboard']\n"
+        "found = home.simulate(frames=(1, 1), sensors=names)\n"
+        "print([bool(found.samples(name)['open'][0]) for name in names])\n"
+    )
+    assert said.splitlines()[-1] == "[False, False]"

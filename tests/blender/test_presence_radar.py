@@ -340,9 +340,9 @@ def test_gates_are_drawn_up_to_the_wall(world):
     probes, depsgraph = Probes(world.scene), world.update()
     probes.look(depsgraph)
     trace = all_rays(sensor, clock_of(world.scene), depsgraph, probes)
-    met = trace.bundles[0]
+    cast = trace.bundles[0]
     seen = SimpleNamespace(parameters=trace.parameters, pose=trace.pose)
-    figure = rays_figure(seen, 0, met, 1.0)
+    figure = rays_figure(seen, 0, cast, 1.0)
     arcs = np.linalg.norm(figure.lines["gate"], axis=-1)
     gates = np.round(arcs.ravel() / trace.parameters.bin_length, 4)
     assert set(gates) == set(range(1, 9)), "2 m ahead, and far aside"

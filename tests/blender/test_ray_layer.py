@@ -135,12 +135,12 @@ def test_instances_and_faces_of_large_meshes_are_told_apart(world):
     origins = np.array([(x + 0.01 * c + 0.004, 1.0, 0.0) for x in (-5, 5) for c in columns])
     ways, length = np.tile((0.0, 0.0, -1.0), (8, 1)), np.full(8, 9.0)
     seen = caster.see_at(0, 0, (origins, ways, length), np.array([0]))[0]
-    ranges, met = seen.ranges, seen.met
+    ranges, solids = seen.ranges, seen.solids
     assert ranges == pytest.approx([1.5] * 8, abs=1e-6)
-    names = [caster.solids.name_of(number) for number in met]
+    names = [caster.solids.name_of(number) for number in solids]
     assert names == ["ground in left"] * 4 + ["ground in right"] * 4
     assert uses_ray_tree(caster.solids) == [True, True]
-    solid = next(s for s in caster.solids.solids if s.number == met[0])
+    solid = next(s for s in caster.solids.solids if s.number == solids[0])
     faces = seen.faces[:4]
     slots = solid.geometry.material_slots(depsgraph)
     assert slots[faces].tolist() == (columns % 2).tolist()

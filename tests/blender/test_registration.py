@@ -49,6 +49,7 @@ def test_on_and_off_three_times(empty_scene):
     assert len(ours(on["handlers"])) == HANDLERS
     assert on["object"] == [
         "angen_breathing",
+        "angen_heat",
         "angen_ignored",
         "angen_load",
         "angen_place",
@@ -185,6 +186,8 @@ def test_enum_numbers_in_files(world):
         "CONTACT": 6,
         "PRESENCE_RADAR": 8,
         "THERMAL_ARRAY": 7,
+        "APPLIANCE": 9,
+        "FLOW": 10,
     }
 
 

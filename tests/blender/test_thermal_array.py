@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.explain.explain import explain
 from bl_ext.user_default.angen_sensors.angen_addon.view.readings import reading_text
+from bl_ext.user_default.angen_sensors.sensor_logic.heat import HEATS, STEP
 from panel_layout import drawn
 
 ops = bpy.ops.angen
@@ -106,6 +107,40 @@ def test_a_body_that_touches_the_lens_fills_all_pixels(room):
     warm(room.box((0.6, 0.6, 0.6), (0, 0, -0.1), "body"), 33.0)
     array(room)
     assert frames(room, room.run(1, 1))[0] == pytest.approx(looks_like(33.0), abs=0.01)
+
+
+def key_use(obj, *keys):
+    """Key whether an object is in use: pairs of a frame and a truth value."""
+    for frame, used in keys:
+        obj.angen_use.in_use = used
+        obj.keyframe_insert("angen_use.in_use", frame=frame)
+
+
+def test_what_is_in_use_is_warm_and_cools_down(room):
+    """A kettle for two minutes: 2.5 more until it has boiled, then it cools down."""
+    fps = room.scene.render.fps
+    kettle = room.box((9, 9, 0.001), (0, 0, -2.0), "kettle")
+    kettle.angen_heat.sort = "KETTLE"
+    key_use(kettle, (1, False), (10 * fps, True), (130 * fps, False))
+    array(room, update_rate=0.2)
+    found = frames(room, room.run(1, 500 * fps))[:, 3, 3]
+    times = np.arange(len(found)) * 5.0
+    heat = HEATS["KETTLE"]
+    excess = heat.excess * (1 - np.exp(-np.clip(times - 10, 0, 120 + heat.runs_on) / heat.rise))
+    excess *= np.exp(-np.clip(times - 130 - heat.runs_on, 0, None) / heat.fall)
+    assert found == pytest.approx(looks_like(21.0 + excess), abs=STEP + 0.1)
+    assert (
+        found.max() > 60 and found[0] == pytest.approx(21.0, abs=0.01) and found[-1] < found.max()
+    )
+
+
+def test_use_warms_only_what_is_marked_and_without_keys_wholly(room):
+    box = room.box((9, 9, 0.001), (0, 0, -2.0), "box")
+    box.angen_use.in_use = True
+    array(room)
+    assert frames(room, room.run(1, 1))[0] == pytest.approx(21.0, abs=0.01)
+    box.angen_heat.sort = "RADIATOR"
+    assert frames(room, room.run(1, 1))[0] == pytest.approx(looks_like(51.0), abs=0.05)
 
 
 def test_one_pixel(room):

@@ -7,6 +7,7 @@ import os
 import re
 import subprocess
 import sys
+import tomllib
 from collections import defaultdict
 from itertools import pairwise
 from pathlib import Path
@@ -205,6 +206,21 @@ def test_an_example_without_its_packages_is_one_line(name):
     assert (done.returncode, done.stdout) == (1, "")
     assert done.stderr.startswith(f"{name}: No module named") and "pip install" in done.stderr
     assert done.stderr.count("\n") == 1
+
+
+def test_the_twin_of_a_real_home_names_sensors_and_activities_that_it_has():
+    twin = page.DOCS / "examples" / "twin"
+    read = {path.stem: tomllib.loads(path.read_text("utf-8")) for path in twin.glob("*.toml")}
+    routine, rules = file.read((twin / "routine.toml").read_text("utf-8"), "routine"), read["rules"]
+    layout = json.loads((twin / "sensors.json").read_text("utf-8"))
+    sensors = {sensor["name"] for sensor in layout["sensors"]}
+    assert set(rules["rules"].values()) <= sensors
+    assert set(rules["rules"]) == set(routine.activities) - {"Away"}
+    homes = [table for name, table in read.items() if name not in ("routine", "rules")]
+    assert len(homes) == 4
+    for home in homes:
+        assert set(home["sensors"].values()) <= sensors
+        assert set(home["labels"].values()) <= set(routine.activities)
 
 
 ROOT = Path(__file__).resolve().parents[2]

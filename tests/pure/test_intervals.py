@@ -54,8 +54,8 @@ def test_ordonez_is_read_with_types_places_and_overlaps(tmp_path: Path) -> None:
         ("Door Kitchen", "moved", 1376.0, "False"),
         ("Fridge", "open", 1389.0, "True"),
         ("Fridge", "open", 1429.0, "False"),
-        ("Toilet", "pressed", 1839.0, "True"),
-        ("Toilet", "pressed", 1844.0, "False"),
+        ("Toilet", "flowing", 1839.0, "True"),
+        ("Toilet", "flowing", 1844.0, "False"),
     ]
     log = read_log(tmp_path / "log.txt")
     assert log.sensors["Door Kitchen"].room == "Kitchen"

@@ -29,7 +29,7 @@ ROOT = Path(__file__).resolve().parents[2]
 # Numbers are in saved files: they never change and are never reused.
 NUMBERS = [
     *("PIR", "OPTICAL_SWITCH", "PRESSURE", "LIGHT", "DISTANCE", "CONTACT"),
-    *("THERMAL_ARRAY", "PRESENCE_RADAR"),
+    *("THERMAL_ARRAY", "PRESENCE_RADAR", "APPLIANCE", "FLOW"),
 ]
 CHOICES = {
     ("PIR", "model"): ["RANGE_SCAN", "PYROELECTRIC"],
@@ -37,6 +37,12 @@ CHOICES = {
     ("LIGHT", "method"): ["FOUR_WALL", "ILLUMINANCE"],
     ("LIGHT", "engine"): ["CYCLES", "EEVEE"],
     ("PRESSURE", "resistor"): ["FSR_402", "POWER_LAW"],
+    ("FLOW", "flows"): ["WHILE_USED", "AFTER_USE"],
+    ("APPLIANCE", "works"): ["WHILE_USED", "SWITCHED", "LINGERS", "PROGRAMME"],
+    ("APPLIANCE", "load"): [
+        *("CUSTOM", "MICROWAVE", "TOASTER", "KETTLE", "COFFEE_MAKER", "TELEVISION", "STOVE"),
+        *("WASHING_MACHINE", "DISHWASHER", "COMPUTER", "LAMP"),
+    ],
 }
 
 
@@ -116,6 +122,12 @@ FIGURES = [
         ("OPTICAL_SWITCH", {"threshold": 0.001}, "the switch never closes"),
         ("CONTACT", {}, ""),
         ("PRESSURE", {"hysteresis": 0.9}, ""),
+        ("FLOW", {"min_flow": 7.0}, "flowing never goes on"),
+        ("FLOW", {"min_flow": 6.0}, ""),
+        ("APPLIANCE", {"power": 4.0}, "on never goes on"),
+        ("APPLIANCE", {"load": "LAMP", "threshold": 10.0}, "on never goes on"),
+        ("APPLIANCE", {"standby_power": 5.0}, "on never goes off"),
+        ("APPLIANCE", {"load": "WASHING_MACHINE", "threshold": 1900.0}, ""),
     ],
 )
 def test_an_output_that_is_stuck_is_advised_on(kind, changes, words):
@@ -141,6 +153,8 @@ def test_an_output_that_is_stuck_is_advised_on(kind, changes, words):
         ("PRESSURE", {"force_min": 20.0}, ["force_min", "force_max"]),
         ("LIGHT", {"clip_start": 5.0}, ["clip_start", "clip_end"]),
         ("CONTACT", {"close_distance": 0.03}, ["open_distance (0.02 m)", "close_distance (0.03"]),
+        ("APPLIANCE", {"min_power": 3680.0}, ["min_power", "max_power"]),
+        ("FLOW", {"accuracy": 1.5}, ["accuracy", "1.5"]),
     ],
 )
 def test_what_is_wrong_is_named(kind, changes, named):

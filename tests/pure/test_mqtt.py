@@ -86,6 +86,9 @@ CLASSES = {
     ("THERMAL_ARRAY", "occupied"): ("binary_sensor", "occupancy", None),
     ("THERMAL_ARRAY", "warm_pixels"): ("sensor", None, None),
     ("THERMAL_ARRAY", "max_c"): ("sensor", "temperature", "°C"),
+    ("APPLIANCE", "on"): ("binary_sensor", "running", None),
+    ("APPLIANCE", "power_w"): ("sensor", "power", "W"),
+    ("FLOW", "flowing"): ("binary_sensor", "running", None),
 }
 
 

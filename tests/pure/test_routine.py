@@ -23,6 +23,7 @@ from angen_sensors.residents.days.rows import (
     DAY_US,
     Day,
     DayRows,
+    GrowingEvents,
     attribute_events,
     stretches,
     toml,
@@ -36,6 +37,7 @@ from angen_sensors.residents.routine.timetable import timetable
 from angen_sensors.sensor_logic.logs.error import InputError
 from angen_sensors.sensor_logic.logs.formats.log import LoggedActivity
 from angen_sensors.sensor_logic.logs.log import Event
+from angen_sensors.sensor_logic.recording.validity import NotValid, often_not_valid
 
 TEXT = Path(__file__).with_name("week.toml").read_text(encoding="utf-8")
 MONDAY = date(2026, 3, 2)
@@ -450,6 +452,20 @@ def test_days_become_tables_without_a_seam_at_midnight() -> None:
     ]
     assert Day.of_json(DAYS[0].as_json("run 1"), "run 1") == DAYS[0]
     assert Day.of_json(DAYS[0].as_json("run 1"), "run 2") is None
+
+
+def test_events_grow_a_day_at_a_time_into_the_same_table() -> None:
+    grown = GrowingEvents()
+    assert "".join(map(grown.text_of, DAYS)) == DayRows.joined(DAYS).files()["events.csv"]
+    assert grown.days == 3
+
+
+def test_how_often_a_sensor_was_not_valid_is_kept_with_its_day() -> None:
+    kept = replace(DAYS[0], not_valid=(NotValid("pad", 100, {"no mass": 20, "torn": 1}),))
+    assert Day.of_json(kept.as_json("run 1"), "run 1") == kept
+    texts = [*often_not_valid((*kept.not_valid, NotValid("pad", 100, {"torn": 2})))]
+    assert texts == ["'pad' was not valid in 12 % of its updates: no mass"]
+    assert not [*often_not_valid((*kept.not_valid, NotValid("pad", 110, {})))]
 
 
 def test_what_goes_on_over_midnight_is_one_also_from_room_to_room() -> None:

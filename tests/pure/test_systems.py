@@ -5,6 +5,7 @@ Each test has the name of the behaviour, and holds on all systems. tests/blender
 those that need Blender.
 """
 
+import ast
 import io
 import os
 import sys
@@ -26,6 +27,7 @@ from angen_sensors.sensor_logic.logs.files import (
 from angen_sensors.sensor_logic.logs.log import HEADER, for_spreadsheets, to_csv
 
 ROWS = [("0", "1", "0"), ("5", "121", "1"), ("9", "217", "0")]
+ROOT = Path(__file__).resolve().parents[2]
 LOG = to_csv(HEADER, [(time, frame, "Küche", "PIR", "moved", value) for time, frame, value in ROWS])
 
 
@@ -171,6 +173,20 @@ def test_a_spreadsheet_in_german(comma, expected):
     assert "".join(for_spreadsheets(pieces, comma)) == expected
 
 
+@pytest.mark.parametrize("verb", ["compare", "convert"])
+def test_a_log_that_windows_powershell_has_redirected(tmp_path, angen, verb):
+    """Its > writes UTF-16, with a mark."""
+    path = tmp_path / "log.csv"
+    path.write_bytes(LOG.encode("utf-16"))
+    out = [path] if verb == "compare" else ["--format", "xes", "--out", tmp_path / "out"]
+    status, _, err = angen(verb, path, *out)
+    assert (status, err) == (
+        2,
+        f"angen: {path} is in UTF-16, as > in Windows PowerShell writes: "
+        "use an option such as --events there, or cmd\n",
+    )
+
+
 def test_a_file_that_is_read_only_is_told(tmp_path, monkeypatch):
     path = tmp_path / "a.csv"
     path.write_text("old")
@@ -179,3 +195,33 @@ def test_a_file_that_is_read_only_is_told(tmp_path, monkeypatch):
     monkeypatch.setattr(os, "access", lambda *_: False)
     with pytest.raises(AngenError, match=r"--events: .*a\.csv is read-only"):
         check_target(path, "--events")
+
+
+def unnamed_encodings(tree):
+    """Yield the lines of calls that read or write text in the encoding of the system."""
+    for call in ast.walk(tree):
+        if not isinstance(call, ast.Call):
+            continue
+        name = getattr(call.func, "attr", getattr(call.func, "id", ""))
+        given = {keyword.arg: keyword.value for keyword in call.keywords}
+        # Path.read_text takes it as its first argument, Path.write_text as its second.
+        at = {"read_text": 0, "write_text": 1}.get(name)
+        if at is not None and len(call.args) <= at and "encoding" not in given:
+            yield call.lineno
+        has_text = {"text", "universal_newlines"} & given.keys()
+        if name in {"run", "Popen", "check_output"} and has_text and "encoding" not in given:
+            yield call.lineno
+
+
+@pytest.mark.parametrize(
+    "folder",
+    ["angen_addon", "operators", "panels", "residents", "sensor_logic", "studies", "scripts"],
+)
+def test_no_text_is_read_or_written_in_the_code_page_of_windows(folder):
+    """Lint asks for the encoding of `open`; here are files of paths and output of processes."""
+    found = [
+        f"{path.relative_to(ROOT)}:{line}"
+        for path in sorted((ROOT / folder).rglob("*.py"))
+        for line in unnamed_encodings(ast.parse(path.read_text(encoding="utf-8")))
+    ]
+    assert not found

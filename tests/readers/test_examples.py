@@ -225,8 +225,8 @@ def test_a_table_says_what_days_and_rules_are_worth_for_a_real_home(
     rows = run("sim_to_real.py", real.parent, *options)
     names = ["real days alone", "simulated days", "control: their activities, sensors by rules"]
     assert list(rows) == [
-        "learnt from, and real days:", *names, "other real homes",
-        "**simulated against the control**",
+        "learnt from, and real days:", *names, "**simulated against the control**",
+        "other real homes",
     ]  # fmt: skip
     f1 = {
         name: [float(cell.split(" ")[0] or "nan") for cell in rows[name]] for name in list(rows)[1:]

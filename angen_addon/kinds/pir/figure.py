@@ -21,7 +21,7 @@ from ...appearance.figures import CORNERS, Figure, corners_of, ends_of, pairs, s
 from ...appearance.housing import Housing, looking
 from ...appearance.panel_parts import draw_lines
 from ...appearance.reading_text import ReadingText
-from ...runtime.trace import RaysMet, SensorRays, Trace
+from ...runtime.trace import CastRays, SensorRays, Trace
 from ...scene.sensors import Sensor
 
 # Neighbouring rays count as hitting different surfaces if their ranges differ by more than JUMP
@@ -31,25 +31,25 @@ JUMP, STEEPEST = 0.15, 4.0
 SHEETS = 4
 
 
-def rays_figure(seen: Any, number: int, met: RaysMet, metres: float) -> Figure:
+def rays_figure(seen: Any, number: int, cast: CastRays, metres: float) -> Figure:
     """Draw the tilts of a range scan, or the zones of a lens.
 
     Each tilt of a scan is drawn as a surface from the sensor to the hits of its rays. `seen` is the
-    `DrawnSensor`, and `number` the number of the ray bundle. `met` has the rays with their ranges.
+    `DrawnSensor`, and `number` the number of the ray bundle. `cast` has the rays with their ranges.
     `metres` is the length of a Blender unit in m.
     """
     parameters = seen.parameters
     if parameters.model == "PYROELECTRIC":
-        return _zones(seen, met, metres)
-    drawn, rows = Figure(), len(met.reach) // parameters.rays
-    starts, ends, hit = ends_of(met, metres, rows)
+        return _zones(seen, cast, metres)
+    drawn, rows = Figure(), len(cast.reach) // parameters.rays
+    starts, ends, hit = ends_of(cast, metres, rows)
     drawn.add("edge", pairs(starts[:, 0], ends[:, 0]), pairs(starts[:, -1], ends[:, -1]))
     if ends.shape[1] < 2:
         drawn.add("ray", pairs(starts, ends))
         return drawn
     contour = pairs(ends[:, :-1], ends[:, 1:])
     both = hit[:, :-1] & hit[:, 1:]
-    jump = _jumps(met, rows)
+    jump = _jumps(cast, rows)
     dashed = np.arange(contour.shape[1]) % 2 == 0
     first, last = straight(ends, both & ~jump, metres)
     drawn.add("outline", pairs(ends[:, :-1][first], ends[:, 1:][last]))
@@ -63,7 +63,7 @@ def rays_figure(seen: Any, number: int, met: RaysMet, metres: float) -> Figure:
     return drawn
 
 
-def _zones(seen: Any, met: RaysMet, metres: float) -> Figure:
+def _zones(seen: Any, cast: CastRays, metres: float) -> Figure:
     """Draw the far end of each zone of a lens, filled if the zone belongs to the positive element.
 
     A zone ends at its hit, or at the detection distance if this is nearer.
@@ -71,7 +71,7 @@ def _zones(seen: Any, met: RaysMet, metres: float) -> Figure:
     drawn, zones = Figure(), zones_of(seen.parameters)
     directions = zone_edges(zones) @ seen.pose.axes.T
     farthest = seen.parameters.range_max
-    ends = corners_of(met, seen.pose.origin, directions, metres, farthest)
+    ends = corners_of(cast, seen.pose.origin, directions, metres, farthest)
     start = seen.pose.origin / metres
     drawn.add("ray", pairs(np.broadcast_to(start, ends[:, 0].shape), ends[:, 0]))
     corners = ends[:, 1:]
@@ -97,31 +97,31 @@ def zone_edges(zones: Zones) -> Array:
     return found
 
 
-def _jumps(met: RaysMet, rows: int) -> NDArray[np.bool_]:
+def _jumps(cast: CastRays, rows: int) -> NDArray[np.bool_]:
     """Return whether neighbouring rays in a row end on different surfaces, shape (rows, n − 1).
 
     The angle between neighbours must be the same everywhere.
     """
-    ranges = met.ranges.reshape(rows, -1)
-    apart = float(np.linalg.norm(met.directions[1] - met.directions[0]))
+    ranges = cast.ranges.reshape(rows, -1)
+    apart = float(np.linalg.norm(cast.directions[1] - cast.directions[0]))
     near = np.minimum(ranges[:, :-1], ranges[:, 1:])
     found: NDArray[np.bool_] = np.abs(np.diff(ranges, axis=1)) > max(JUMP, STEEPEST * apart) * near
     return found
 
 
-def scan_figure(seen: Any, number: int, met: RaysMet, metres: float) -> Figure | None:
+def scan_figure(seen: Any, number: int, cast: CastRays, metres: float) -> Figure | None:
     """Draw the tilt that was scanned last; return None if the detector has only one tilt.
 
-    `seen` is the `DrawnSensor`, and `number` the number of the ray bundle. `met` has the rays with
+    `seen` is the `DrawnSensor`, and `number` the number of the ray bundle. `cast` has the rays with
     their ranges. `metres` is the length of a Blender unit in m.
     """
     parameters = seen.parameters
-    one_of_many = len(met.reach) == parameters.rays > 1 and parameters.tilt_count > 1
+    one_of_many = len(cast.reach) == parameters.rays > 1 and parameters.tilt_count > 1
     if parameters.model == "PYROELECTRIC" or not one_of_many:
         return None
     drawn = Figure()
-    starts, ends, _ = ends_of(met, metres)
-    jump = _jumps(met, 1)
+    starts, ends, _ = ends_of(cast, metres)
+    jump = _jumps(cast, 1)
     first, last = straight(ends, ~jump, metres)
     drawn.add("now", pairs(ends[:, :-1][first], ends[:, 1:][last]))
     first, last = straight(ends, np.ones_like(jump), metres)
@@ -129,7 +129,9 @@ def scan_figure(seen: Any, number: int, met: RaysMet, metres: float) -> Figure |
     return drawn
 
 
-def lit_figure(seen: Any, number: int, met: RaysMet, before: Array, metres: float) -> Figure | None:
+def lit_figure(
+    seen: Any, number: int, cast: CastRays, before: Array, metres: float
+) -> Figure | None:
     """Draw the rays whose range changed by more than the threshold since the scan before.
 
     Return None if there was no movement. Noise does not count.
@@ -140,7 +142,7 @@ def lit_figure(seen: Any, number: int, met: RaysMet, before: Array, metres: floa
         The `DrawnSensor`.
     number
         The number of the ray bundle: rays that the sensor casts together.
-    met
+    cast
         The rays with their ranges.
     before
         The ranges (n,) of the scan before, in m.
@@ -148,13 +150,13 @@ def lit_figure(seen: Any, number: int, met: RaysMet, before: Array, metres: floa
         Length of a Blender unit in m.
     """
     parameters = seen.parameters
-    if parameters.model == "PYROELECTRIC" or before.shape != met.ranges.shape:
+    if parameters.model == "PYROELECTRIC" or before.shape != cast.ranges.shape:
         return None
-    lit = np.abs(met.ranges - before) > parameters.threshold
+    lit = np.abs(cast.ranges - before) > parameters.threshold
     if not lit.any():
         return None
     drawn, rows = Figure(), len(lit) // parameters.rays
-    starts, ends, _ = ends_of(met, metres, rows)
+    starts, ends, _ = ends_of(cast, metres, rows)
     lit = lit.reshape(rows, -1)
     drawn.add("lit", pairs(starts[lit], ends[lit]))
     both = lit[:, :-1] & lit[:, 1:]

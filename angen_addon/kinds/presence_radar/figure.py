@@ -25,7 +25,7 @@ from ....sensor_logic.model import Array, Index, Pose
 from ...appearance.figures import Figure, around_edge, circle, ends_of, pairs, straight
 from ...appearance.housing import Housing, looking
 from ...appearance.reading_text import ACTIVE, IDLE, ReadingText
-from ...runtime.trace import RaysMet, SensorRays, Trace
+from ...runtime.trace import CastRays, SensorRays, Trace
 from ...scene.lengths import lengths_of
 from ...scene.sensors import Sensor, read_parameters
 
@@ -40,21 +40,23 @@ HALF_ARC = math.radians(12)
 DRAWN = ("presence", "distance_m", "x_m", "y_m", "speed_mps")
 
 
-def rays_figure(seen: Any, number: int, met: RaysMet, metres: float) -> Figure:
+def rays_figure(seen: Any, number: int, cast: CastRays, metres: float) -> Figure:
     """Draw the level and the upright outline of what the radar reaches, and its gates as arcs.
 
     Gates are drawn in the level plane up to what stops the waves. `seen` is the `DrawnSensor`, and
-    `number` the number of the ray bundle. `met` has the rays with their ranges. `metres` is the
+    `number` the number of the ray bundle. `cast` has the rays with their ranges. `metres` is the
     length of a Blender unit in m.
     """
     parameters: RadarParameters = seen.parameters
     drawn = Figure()
     across, up = parameters.rays_across, parameters.rays_up
-    if len(met.reach) != across * up:
+    if len(cast.reach) != across * up:
         return drawn
     level = np.arange(across) + across * (up // 2)
     for rays in (level, upright_rays(parameters)):
-        part = RaysMet(met.origins[rays], met.directions[rays], met.reach[rays], met.ranges[rays])
+        part = CastRays(
+            cast.origins[rays], cast.directions[rays], cast.reach[rays], cast.ranges[rays]
+        )
         starts, ends, hit = ends_of(part, metres)
         drawn.add("edge", pairs(starts[:, 0], ends[:, 0]), pairs(starts[:, -1], ends[:, -1]))
         both = hit[:, :-1] & hit[:, 1:]
@@ -62,7 +64,7 @@ def rays_figure(seen: Any, number: int, met: RaysMet, metres: float) -> Figure:
             first, last = straight(ends, which, metres)
             drawn.add(meaning, pairs(ends[:, :-1][first], ends[:, 1:][last]))
     drawn.add(
-        "gate", *_arcs(parameters, seen.pose, met.directions[level], met.ranges[level], metres)
+        "gate", *_arcs(parameters, seen.pose, cast.directions[level], cast.ranges[level], metres)
     )
     return drawn
 

@@ -24,7 +24,7 @@ from ...appearance.housing import Housing, looking
 from ...appearance.panel_parts import draw_lines, draw_row
 from ...appearance.pixel_icons import icon_of
 from ...appearance.reading_text import ReadingText
-from ...runtime.trace import RaysMet, SensorRays, Trace
+from ...runtime.trace import CastRays, SensorRays, Trace
 from ...scene.sensors import Sensor
 
 # K. The least difference between the darkest and the brightest colour, so that noise stays dim.
@@ -65,30 +65,30 @@ def plan_rays(sight: Trace, metres: float) -> SensorRays:
 
 # By the hits of a bundle: the corners of its pixels. Without the cache, each redraw after a new
 # frame takes 10 ms more for 32 × 24 pixels.
-_corners: WeakKeyDictionary[RaysMet, Array] = WeakKeyDictionary()
+_corners: WeakKeyDictionary[CastRays, Array] = WeakKeyDictionary()
 
 
-def _pixel_corners(seen: Any, met: RaysMet, metres: float) -> Array:
+def _pixel_corners(seen: Any, cast: CastRays, metres: float) -> Array:
     """Return the corners (pixels, 4, 3) of the pixels on what they see, in Blender units."""
-    known = _corners.get(met)
+    known = _corners.get(cast)
     if known is None:
         parameters = seen.parameters
         edges = pixel_corners(seen.pose.axes, parameters.field_of_view, parameters.pixels)
-        known = _corners[met] = corners_of(
-            met, seen.pose.origin, edges, metres, FARTHEST, whole=True
+        known = _corners[cast] = corners_of(
+            cast, seen.pose.origin, edges, metres, FARTHEST, whole=True
         )
     return known
 
 
-def pixels_figure(seen: Any, number: int, met: RaysMet, metres: float) -> Figure:
+def pixels_figure(seen: Any, number: int, cast: CastRays, metres: float) -> Figure:
     """Draw the outlines of the pixels on what they see, and the edges of the field of view.
 
-    `seen` is the `DrawnSensor`, and `number` the number of the ray bundle. `met` has the rays with
+    `seen` is the `DrawnSensor`, and `number` the number of the ray bundle. `cast` has the rays with
     their ranges. `metres` is the length of a Blender unit in m.
     """
     drawn = Figure()
     columns, rows = seen.parameters.pixels
-    corners = _pixel_corners(seen, met, metres)
+    corners = _pixel_corners(seen, cast, metres)
     drawn.add("edge", pairs(corners, np.roll(corners, -1, axis=1)))
     outer = ((0, 0), (columns - 1, 1), (columns * rows - 1, 2), (columns * (rows - 1), 3))
     for pixel, corner in outer:
@@ -106,8 +106,8 @@ def frame_figure(seen: Any, fields: Mapping[str, Any], metres: float) -> Figure 
     columns, rows = seen.parameters.pixels
     if len(values) != columns * rows or seen.rays is None or not seen.rays.bundles:
         return None
-    met = next(iter(seen.rays.bundles.values()))
-    corners = _pixel_corners(seen, met, metres)
+    cast = next(iter(seen.rays.bundles.values()))
+    corners = _pixel_corners(seen, cast, metres)
     drawn = Figure()
     drawn.fill("value", corners[:, [[0, 1, 2], [0, 2, 3]]])
     low, high = limits(values, LEAST_SPAN)

@@ -16,10 +16,10 @@ from ....sensor_logic.logs.log import Value
 from ....sensor_logic.logs.wording import plural
 from ....sensor_logic.parameters import is_chosen
 from ....sensor_logic.recording.events import as_event
+from ...process.version import extension_version
 from ...runtime.playhead import Playhead
 from ...scene.sensors import Sensor
 from ..run_log import sensor_facts
-from ..version import extension_version
 from .address import AT_ONCE, Address
 from .link import Link
 from .player import SLICE_S, Player

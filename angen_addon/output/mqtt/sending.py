@@ -15,9 +15,9 @@ from ....sensor_logic.parameters import is_chosen
 from ....sensor_logic.recording.events import NewEvents
 from ....sensor_logic.recording.tracks import Recording
 from ...process.console import note
+from ...process.version import extension_version
 from ...scene.sensors import Sensor
 from ..run_log import sensor_facts
-from ..version import extension_version
 from .address import Address
 from .link import Link
 from .player import SLICE_S, Player

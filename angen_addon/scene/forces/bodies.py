@@ -293,6 +293,10 @@ class ContactBodies:
         self.constraints = [obj for obj in objects if obj.rigid_body_constraint]
         return True
 
+    def is_current(self, solids: Solids) -> bool:
+        """Return whether the bodies were listed after the present list of solids was made."""
+        return solids.listing == self._listing
+
     def supports_of(self, body: ContactBody, solids: Solids) -> NDArray[np.intp]:
         """Return the rows of the solids on which a body may stand.
 

@@ -8,16 +8,18 @@ with its legs on it: an object without a mass passes a weight only straight down
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
 from ....sensor_logic.forces.shapes import perpendiculars
+from ....sensor_logic.forces.underside import underside
 from ....sensor_logic.forces.world import BareSurface
 from ....sensor_logic.model import Array
 from ..rays.solids import Solid
 from . import posed_bodies
-from .bodies import Key
+from .bodies import GROUND, Key
 from .frame_state import FrameState
 from .supports import DEPTH, FLUSH, THICKEST, Surroundings
 
@@ -36,13 +38,18 @@ class MissingMass:
         self._up, self._metres = around.up, around.metres
         self._moved = {body.original for body in self._bodies.by_key.values() if body.rigid}
 
-    def problem(self, pad: Key) -> str:
-        """Return a text for the user if a missing weight makes the reading unknown; "" if not."""
+    def problem(self, pad: Key, near: set[Key]) -> str:
+        """Return a text for the user if a missing weight makes the reading unknown; "" if not.
+
+        `near` are the keys of the bodies that may press on the pad.
+        """
         row = self._solids.row_of(pad)
         if row is None:
             return ""
         solid = self._solids.solids[row]
         for key, supports in self._state.supports.items():
+            if key not in near:
+                continue
             body = self._bodies.by_key[key]
             for ground in (g for s in supports for g in s.ground) if not body.pad else ():
                 if self._would_reach_pad(solid, self._bodies.by_key[pad].tolerance, ground):
@@ -52,6 +59,27 @@ class MissingMass:
                         "(Physics tab, Weight on Sensors)"
                     )
         return self._resting_problem(solid, self._bodies.by_key[pad].tolerance)
+
+    def furniture(self, pad: Key) -> Iterator[str]:
+        """Yield the names of stiff objects without a mass that stand on a pad with some parts.
+
+        Their other parts have nothing below them, so the weight of who uses them is unknown.
+        """
+        row = self._solids.row_of(pad)
+        if row is None:
+            return
+        solids, tolerance = self._solids, self._bodies.by_key[pad].tolerance
+        reach = tolerance / self._metres
+        near = (solids.lo <= solids.hi[row] + reach) & (solids.hi >= solids.lo[row] - reach)
+        for cover in (solids.solids[other] for other in np.flatnonzero(near.all(axis=1)).tolist()):
+            if cover.row == row or self._bodies.of_solid[cover.number] != GROUND:
+                continue
+            lo, hi = (bound[cover.row] * self._metres for bound in (solids.lo, solids.hi))
+            surface = BareSurface(cover.name, cover.number, self._upper_side(cover, lo, hi))
+            if len(surface.places) and self._would_reach_pad(
+                solids.solids[row], tolerance, surface
+            ):
+                yield cover.original.name
 
     def _resting_problem(self, pad: Solid, tolerance: float) -> str:
         """Return a text if an active rigid body on the pad is not simulated; "" if all are.
@@ -141,7 +169,10 @@ class MissingMass:
         state = (*versions, tolerance, self._metres, *self._up.tolist())
         known = self._around.surfaces.gaps.get((pad.number, cover.number))
         if known is None or known[0] != state:
-            known = state, self._gap_above(self._upper_side(pad, lo, hi), cover, tolerance)
+            gap = self._gap_above(self._upper_side(pad, lo, hi), cover, tolerance)
+            if gap is None:
+                gap = self._gap_below_legs(pad, lo, hi, cover, tolerance)
+            known = state, gap
             self._around.surfaces.gaps[pad.number, cover.number] = known
         return known[1]
 
@@ -155,8 +186,8 @@ class MissingMass:
         grid = np.stack(np.meshgrid(shares, shares, [1.0], indexing="ij"), axis=-1).reshape(-1, 3)
         starts = (ends[0] + grid * (ends[1] - ends[0])) @ across + FLUSH * self._up
         far = self._cast(starts, pad, -1.0, float(ends[1][2] - ends[0][2]) + 2.0 * FLUSH)
-        met = np.isfinite(far)
-        return starts[met] - far[met, None] * self._up
+        hit = np.isfinite(far)
+        return starts[hit] - far[hit, None] * self._up
 
     def _gap_above(self, tops: Array, cover: Solid, tolerance: float) -> float | None:
         """Return the least gap in m between a pad's upper side and the solid `cover` on it.
@@ -174,6 +205,25 @@ class MissingMass:
             return 0.0
         lies = np.isfinite(near)
         return max(float(near[lies].min()), 0.0) if lies.any() else None
+
+    def _gap_below_legs(
+        self, pad: Solid, lo: Array, hi: Array, cover: Solid, tolerance: float
+    ) -> float | None:
+        """Return the least gap in m below faces of the solid `cover` that point down to a pad.
+
+        These can be the ends of legs, which a grid on the pad misses. Return None if there are
+        none. The other parameters are as in `_gap_between`.
+        """
+        depsgraph, metres = self._around.depsgraph, self._metres
+        triangles = self._around.surfaces.of(depsgraph, cover, metres).corners
+        closed = self._around.surfaces.facing(depsgraph, cover, metres) != 0.0
+        reach = np.abs(self._up) * (tolerance + FLUSH)
+        ends = underside(triangles, closed, self._up, lo - reach, hi + reach).points
+        if not len(ends):
+            return None
+        gaps = self._cast(ends + FLUSH * self._up, pad, -1.0, tolerance + FLUSH) - FLUSH
+        near = gaps[np.isfinite(gaps)]
+        return max(float(near.min()), 0.0) if len(near) else None
 
     def _gap_below(self, places: Array, cover: Solid, others: list[Solid]) -> float:
         """Return the widest gap in m between the solid `cover` and the solids `others` below it.

@@ -143,29 +143,29 @@ def _find_below(
     samples, height, down = cast
     solids, up, tolerance = around.solids, around.up, body.tolerance
     is_pad = np.array([around.is_pad(row) for row in rows.tolist()], bool)
-    ranges, met = _nearest_below(around, tolerance, posed, down, rows[~is_pad])
+    ranges, numbers = _nearest_below(around, tolerance, posed, down, rows[~is_pad])
     if is_pad.any():
-        pad_ranges, pad_met = _nearest_below(around, tolerance, posed, down, rows[is_pad])
-        first = (pad_met != NOTHING) & (pad_ranges <= ranges + FLUSH)
-        ranges, met = np.where(first, pad_ranges, ranges), np.where(first, pad_met, met)
-    gaps = np.where(met != NOTHING, ranges - height, np.inf)
+        pad_ranges, pad_numbers = _nearest_below(around, tolerance, posed, down, rows[is_pad])
+        first = (pad_numbers != NOTHING) & (pad_ranges <= ranges + FLUSH)
+        ranges, numbers = np.where(first, pad_ranges, ranges), np.where(first, pad_numbers, numbers)
+    gaps = np.where(numbers != NOTHING, ranges - height, np.inf)
     firm = firmness(gaps, tolerance)
     areas = samples.areas * firm
     stood = firm > 0.0
     covers = [solids.solids[row].number for row in layers.covers.tolist()]
-    passed = np.flatnonzero(stood & np.isin(met, covers))
+    passed = np.flatnonzero(stood & np.isin(numbers, covers))
     if len(passed):
         surface = samples.points[passed] - up * gaps[passed, None]
         borne = _passed_on(around, surface, tolerance, layers)
-        met[passed] = np.where(borne != NOTHING, borne, met[passed])
+        numbers[passed] = np.where(borne != NOTHING, borne, numbers[passed])
     pads = [row for row in (*rows.tolist(), *layers.bearers.tolist()) if around.is_pad(row)]
-    on_pad = np.isin(met, [solids.solids[row].number for row in pads])
+    on_pad = np.isin(numbers, [solids.solids[row].number for row in pads])
     if body.stiff and (on_pad & stood).any():
         areas[stood] = held_by_pads(
             samples.points[stood], gaps[stood], areas[stood], on_pad[stood], up
         )
     below = samples.points - up * np.where(firm > 0.0, gaps, 0.0)[:, None]
-    return _by_support(solids, around.bodies, samples.points, below, areas, met)
+    return _by_support(solids, around.bodies, samples.points, below, areas, numbers)
 
 
 def _rays_down(
@@ -213,7 +213,7 @@ def _nearest_below(
     `posed` is the body from which the rays `down` start, and `rows` are the rows of the solids.
     `tolerance` is the largest gap in m.
     """
-    ranges, met = down.length.copy(), np.full(len(down.length), NOTHING, np.int64)
+    ranges, numbers = down.length.copy(), np.full(len(down.length), NOTHING, np.int64)
     for row in rows.tolist():
         solid = around.solids.solids[row]
         version = int(around.solids.version[row]), tolerance
@@ -224,8 +224,8 @@ def _nearest_below(
                 down.hit_distances(_upper_side(around, solid)),
             )
         nearer = known[1] < ranges
-        ranges[nearer], met[nearer] = known[1][nearer], solid.number
-    return ranges, met
+        ranges[nearer], numbers[nearer] = known[1][nearer], solid.number
+    return ranges, numbers
 
 
 def _passed_on(
@@ -333,7 +333,7 @@ def _by_support(
     points: Array,
     below: Array,
     areas: Array,
-    met: NDArray[np.int64],
+    numbers: NDArray[np.int64],
 ) -> list[Support]:
     """Return one support for each body below an underside, and one for the ground.
 
@@ -348,15 +348,15 @@ def _by_support(
     areas
         Areas (n,) in m² that the points represent, times their `firmness`. This factor falls with
         the gap between the point and the hit surface, as in an elastic layer.
-    met
+    numbers
         Numbers (n,) of the hit solids.
     """
     found: dict[Key, NDArray[np.bool_]] = {}
     ground = []
     known = {solid.number: solid for solid in solids.solids}
-    for number in np.unique(met[areas > 0.0]).tolist():
+    for number in np.unique(numbers[areas > 0.0]).tolist():
         key = bodies.of_solid.get(number, GROUND)
-        mask = (met == number) & (areas > 0.0)
+        mask = (numbers == number) & (areas > 0.0)
         found[key] = found[key] | mask if key in found else mask
         if key == GROUND:
             places, own = clustered(below[mask], areas[mask])

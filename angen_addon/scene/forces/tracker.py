@@ -12,20 +12,20 @@ import numpy as np
 from ....sensor_logic.forces.pad_forces import ABOVE, BESIDE, pad_forces
 from ....sensor_logic.forces.world import PadForces
 from ....sensor_logic.model import NOT_YET, Array
+from ..capture import Frames
 from ..instances import Uid
 from ..rays.solids import Solids
 from ..sensors import unit_scale
 from .bodies import ContactBodies, Key, Pad, is_simulated, read_settings
-from .frame_state import FrameState
+from .frame_state import FrameState, gravity_of
 from .frame_world import FrameWorld, KnownContacts
 from .missing_mass import MissingMass
+from .near_pads import NEARBY, states_near
 from .posed_bodies import WorldTriangles
-from .supports import Surroundings, find_supports
+from .supports import THICKEST, Surroundings, find_supports
 
 MOST_KNOWN_CONTACTS = 20_000
 FRAMES_NEEDED = 3
-# m: an animated body may touch bodies whose bounds are at most this far from its own.
-NEARBY = 0.2
 
 
 class ContactTracker:
@@ -102,16 +102,44 @@ class ContactTracker:
         self._newest = state
         parts = self._solids, self._surfaces, self._bodies
         around = Surroundings(depsgraph, *parts, state.up, metres)
+        reachable = {}
         for pad in due:
-            for key in _reachable(self._bodies.pads[pad], state, self._bodies, state.up):
+            reachable[pad] = _reachable(self._bodies.pads[pad], state, self._bodies, state.up)
+            for key in reachable[pad]:
                 original = self._bodies.by_key[key].original
                 state.settings[key] = read_settings(original.evaluated_get(depsgraph), metres)
                 if key in state.posed and key not in state.supports:
                     body, posed = self._bodies.by_key[key], state.posed[key]
                     state.supports[key] = find_supports(around, body, posed)
         missing_mass = MissingMass(around, state)
-        for key in (self._bodies.pads[pad] for pad in due):
-            state.missing_mass[key] = missing_mass.problem(key)
+        for pad in due:
+            key = self._bodies.pads[pad]
+            state.missing_mass[key] = missing_mass.problem(key, reachable[pad])
+
+    def furniture(self, pad: Uid) -> list[str]:
+        """Return the names of the objects that `MissingMass.furniture` finds on a pad.
+
+        Call this after `look`.
+        """
+        assert self._newest is not None
+        parts = self._solids, self._surfaces, self._bodies
+        around = Surroundings(self._depsgraph, *parts, self._newest.up, self._metres)
+        return list(MissingMass(around, self._newest).furniture(self._bodies.pads[pad]))
+
+    def states_near(
+        self, pad: Uid, frames: Frames, scene: Any, metres: float
+    ) -> list[bytes] | None:
+        """Return a state for each frame; at frames with equal states, the pad feels the same.
+
+        Return None if bounds cannot tell, or before the first `look` at the present list of solids.
+        """
+        key = self._bodies.pads.get(pad)
+        if key is None or not self._bodies.is_current(self._solids):
+            return None
+        if not self._bodies.by_key[key].solids:
+            return None
+        up = gravity_of(scene, metres)[1]
+        return states_near(key, self._bodies, self._solids, frames, up, metres)
 
     def forces(self, pad: Uid, frame: int) -> PadForces:
         """Return the forces on a pad at a frame that `look` has read.
@@ -167,7 +195,8 @@ def _reachable(pad: Key, state: FrameState, bodies: ContactBodies, up: Array) ->
     seen, waiting = {pad}, [pad]
     near = state.overlapping(pad, BESIDE, up * ABOVE)
     while waiting:
-        near += state.overlapping(waiting.pop(), NEARBY)
+        # What lies on a mattress may stand on the body below it.
+        near += state.overlapping(waiting.pop(), NEARBY, up * THICKEST)
         for key in near:
             body = bodies.by_key[key]
             if key not in seen and (body.animated or body.pad or is_simulated(body.original)):

@@ -73,18 +73,18 @@ def cast_along(
     -------
     ranges : (n,) array
         In m.
-    met : (n,) array
+    solids : (n,) array
         Numbers of the solids that are hit.
     """
-    ranges, met = np.empty(len(points)), np.empty(len(points), np.int64)
+    ranges, solids = np.empty(len(points)), np.empty(len(points), np.int64)
     for first in range(0, len(points), CASTS_AT_ONCE):
         part = slice(first, first + CASTS_AT_ONCE)
         starts = points[part] / home.metres
         ways = np.broadcast_to(direction, starts.shape)
         reach = np.full(len(starts), length / home.metres)
-        ranges[part], met[part] = home.caster.first_met(home.rows, starts, ways, reach)
+        ranges[part], solids[part] = home.caster.first_hits(home.rows, starts, ways, reach)
         yield
-    return np.minimum(ranges * home.metres, length), met
+    return np.minimum(ranges * home.metres, length), solids
 
 
 def free_ways(home: EvaluatedHome, points: Array, direction: Array, length: float) -> Steps[Array]:

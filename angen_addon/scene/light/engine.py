@@ -127,7 +127,12 @@ def _why_no_eevee_in_background() -> str:
     sorry = "EEVEE cannot run here: it needs a GPU or OpenGL, and a display; choose Cycles"
     try:
         tried = subprocess.run(
-            command, capture_output=True, text=True, timeout=PATIENCE_S, check=False
+            command,
+            capture_output=True,
+            encoding="utf-8",
+            errors="replace",
+            timeout=PATIENCE_S,
+            check=False,
         )
     except (OSError, subprocess.TimeoutExpired) as error:
         return f"{sorry} ({type(error).__name__})"

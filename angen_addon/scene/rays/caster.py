@@ -94,19 +94,19 @@ class RayHits:
     ----------
     ranges
         Ranges (n,); the maximum range for a miss.
-    met
+    solids
         Numbers (n,) of the hit solids, NOTHING for a miss.
     faces
         Indices (n,) of the hit faces.
     """
 
     ranges: Array
-    met: NDArray[np.int64]
+    solids: NDArray[np.int64]
     faces: Index
 
     def copy(self) -> RayHits:
         """Return a copy."""
-        return RayHits(self.ranges.copy(), self.met.copy(), self.faces.copy())
+        return RayHits(self.ranges.copy(), self.solids.copy(), self.faces.copy())
 
     def shorten(self, number: int, which: Index, far: Array, faces: Index) -> None:
         """Replace hits by nearer hits on another solid.
@@ -124,7 +124,7 @@ class RayHits:
         """
         nearer = far < self.ranges[which]
         which = which[nearer]
-        self.ranges[which], self.met[which] = far[nearer], number
+        self.ranges[which], self.solids[which] = far[nearer], number
         self.faces[which] = faces[nearer]
 
 
@@ -247,9 +247,9 @@ class RayCaster:
         Array
             Ranges (n,), in Blender units; the maximum range where a ray hits nothing.
         """
-        return self.cast_met(sensor, bundle, origins, directions, length)[0]
+        return self.cast_solids(sensor, bundle, origins, directions, length)[0]
 
-    def cast_met(
+    def cast_solids(
         self, sensor: Uid, bundle: int, origins: Array, directions: Array, length: Array
     ) -> tuple[Array, NDArray[np.int64]]:
         """Return the ranges (n,), and the numbers (n,) of the hit solids (NOTHING for a miss).
@@ -259,7 +259,7 @@ class RayCaster:
         last = np.array([len(self.frames) - 1])
         rays = origins, directions, length
         seen: RayHits = self.see_at(sensor, bundle, rays, last)[0]
-        return seen.ranges, seen.met
+        return seen.ranges, seen.solids
 
     def cast_at(self, sensor: Uid, bundle: int, rays: Rays, frames: Index) -> Answers:
         """Return the ranges of rays at several frames.
@@ -338,7 +338,7 @@ class RayCaster:
         bundle.seen = seen
         return True
 
-    def first_met(
+    def first_hits(
         self,
         rows: NDArray[np.intp],
         origins: Array,
@@ -369,7 +369,7 @@ class RayCaster:
         if len(length):
             rays = RayBundle(origins, directions, length)
             self._hit_solids(rows, rays, rays.box(length), seen, by_trees=True)
-        return seen.ranges, seen.met
+        return seen.ranges, seen.solids
 
     def _passes(self, sensor: Uid) -> NDArray[np.bool_]:
         """Return the mask (n,) of the solids that the rays of a sensor pass through."""
@@ -377,8 +377,8 @@ class RayCaster:
 
     def _no_hits(self, length: Array) -> RayHits:
         count = len(length)
-        met = np.full(count, NOTHING, np.int64)
-        return RayHits(length.copy(), met, np.zeros(count, np.intp))
+        solids = np.full(count, NOTHING, np.int64)
+        return RayHits(length.copy(), solids, np.zeros(count, np.intp))
 
     def _own_solids(self, sensor: Uid) -> _SensorSolids:
         state = self.solids.listing, len(self.solids.gone)
@@ -408,7 +408,7 @@ class RayCaster:
             self._bundles[sensor, bundle] = known
             again = np.arange(len(rays.length))
         elif known.gone_seen < len(gone):
-            again = np.flatnonzero(np.isin(known.still.met, gone[known.gone_seen :]))
+            again = np.flatnonzero(np.isin(known.still.solids, gone[known.gone_seen :]))
             known.gone_seen, known.state = len(gone), None
         else:
             return known
@@ -418,7 +418,7 @@ class RayCaster:
             self._hit_solids(own.still, part, part.box(part.length), seen)
             # Callers may still hold the earlier hits: change a copy.
             known.still = still = known.still.copy()
-            still.ranges[again], still.met[again] = seen.ranges, seen.met
+            still.ranges[again], still.solids[again] = seen.ranges, seen.solids
             still.faces[again] = seen.faces
             known.box = rays.box(still.ranges)
         return known

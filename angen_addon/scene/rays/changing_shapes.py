@@ -396,8 +396,8 @@ def _hit_distances(
         inverse = 1.0 / _dot(one, across)
         u, v = _dot(start, across) * inverse, _dot(directions, rotated) * inverse
         far = _dot(two, rotated) * inverse
-        met = (u >= -RIM) & (v >= -RIM) & (u + v <= 1.0 + RIM) & (far >= 0.0)
-    result: Array = np.where(met, far, np.inf)
+        hit = (u >= -RIM) & (v >= -RIM) & (u + v <= 1.0 + RIM) & (far >= 0.0)
+    result: Array = np.where(hit, far, np.inf)
     return result
 
 

@@ -93,8 +93,8 @@ class Surface:
             by_triangle = corners if face is None else corners.T
             points = np.ascontiguousarray(self.points.T)
             self._tree = RayTree(points, np.ascontiguousarray(by_triangle, np.int32))
-        far, met = self._tree.meet(starts, ways, np.full(len(starts), np.inf))
-        return far / np.linalg.norm(ways, axis=1), met if face is None else face[met]
+        far, faces = self._tree.meet(starts, ways, np.full(len(starts), np.inf))
+        return far / np.linalg.norm(ways, axis=1), faces if face is None else face[faces]
 
     @property
     def triangles(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
@@ -281,13 +281,13 @@ class Geometry:
         tree = self.tree(depsgraph)
         if isinstance(tree, RayTree):
             return tree.meet(starts, ways, limits)
-        far, met = np.full(len(starts), np.inf), np.full(len(starts), -1, np.intp)
+        far, faces = np.full(len(starts), np.inf), np.full(len(starts), -1, np.intp)
         rays = zip(starts.tolist(), ways.tolist(), limits.tolist(), strict=True)
         for ray, (start, way, limit) in enumerate(rays):
             _, _, face, distance = tree.ray_cast(start, way, limit)
             if face is not None:
-                far[ray], met[ray] = distance, face
-        return far, met
+                far[ray], faces[ray] = distance, face
+        return far, faces
 
     def material_slots(self, depsgraph: Any) -> NDArray[np.int32]:
         """Return the material slot index (n,) of each face of the tree."""

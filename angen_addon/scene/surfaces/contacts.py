@@ -77,9 +77,9 @@ class Bodies:
         """
         found: dict[Place, list[Imprint]] = defaultdict(list)
         for body, rows in self._rows.items():
-            points, met = self._touched(metres, rows)
-            for number in np.unique(met).tolist():
-                place, local = self._in_solid(number, points[met == number], metres)
+            points, hit = self._touched(metres, rows)
+            for number in np.unique(hit).tolist():
+                place, local = self._in_solid(number, points[hit == number], metres)
                 excess = max(self._skin[body] - float(cold[number]), 0.0)
                 found[place].append(Imprint(local, np.full(len(local), excess)))
         return {place: _joined(contacts) for place, contacts in found.items()}
@@ -101,9 +101,9 @@ class Bodies:
         start[:, 2] += SUNK / metres
         downwards = np.broadcast_to([0.0, 0.0, -1.0], start.shape)
         reach = np.full(len(start), (SUNK + GAP) / metres)
-        far, met = self._caster.first_met(self._others, start, downwards, reach)
+        far, hit = self._caster.first_hits(self._others, start, downwards, reach)
         start[:, 2] -= far
-        return start[met != NOTHING], met[met != NOTHING].astype(np.intp)
+        return start[hit != NOTHING], hit[hit != NOTHING].astype(np.intp)
 
     def _in_solid(self, number: int, points: Array, metres: float) -> tuple[Place, Array]:
         solids = self._caster.solids

@@ -127,8 +127,8 @@ class _Substances:
             left = points, directions[active], length[active] - start[active]
             number = bundle * MOST_SURFACES + cast
             seen = self.passing.see_at(sensor, number, left, np.array([frame]))[0]
-            is_hit = seen.met != NOTHING
-            active, solid = active[is_hit], seen.met[is_hit].astype(np.intp)
+            is_hit = seen.solids != NOTHING
+            active, solid = active[is_hit], seen.solids[is_hit].astype(np.intp)
             distance = start[active] + seen.ranges[is_hit]
             found.append(_Entries(active, distance, solid))
             start[active] = distance + behind
@@ -212,11 +212,11 @@ class EchoProbe(SurfaceProbe):
         return Echoes(
             ranges=seen.ranges * metres,
             speed=speed * metres,
-            breathing=self._breathing[seen.met],
-            rate=self._rate[seen.met],
-            loss=np.bincount(ray, at.loss[number], len(seen.met)).astype(np.float64),
-            reflectance=at.reflectance[seen.met],
-            solid=seen.met.astype(np.intp),
+            breathing=self._breathing[seen.solids],
+            rate=self._rate[seen.solids],
+            loss=np.bincount(ray, at.loss[number], len(seen.solids)).astype(np.float64),
+            reflectance=at.reflectance[seen.solids],
+            solid=seen.solids.astype(np.intp),
             through={one: tuple(passed) for one, passed in names.items()},
         )
 
@@ -343,9 +343,9 @@ def _speeds(past: Past, rays: Rays, seen: RayHits) -> Array:
     """
     origins, directions, _ = rays
     moved = [now.moved_since(then) for (_, then), (_, now) in pairwise(past)]
-    speeds = np.zeros((max(1, len(moved)), len(seen.met)))
+    speeds = np.zeros((max(1, len(moved)), len(seen.solids)))
     for number in sorted(frozenset().union(*moved)):
-        which = np.flatnonzero(seen.met == number)
+        which = np.flatnonzero(seen.solids == number)
         if len(which):
             ways = directions[which]
             points = origins[which] + ways * seen.ranges[which, None]

@@ -92,7 +92,7 @@ class SurfaceProbe(ABC):
         """Cast the rays, and return the properties at each frame; parameters as for `see`."""
 
 
-class MetSurfaces(SurfaceProbe):
+class HitSurfaces(SurfaceProbe):
     """Reads one property of the first surface that each ray hits."""
 
     def _see(self, sensor: Uid, bundle: int, rays: Rays, frames: Index, *details: Any) -> Answers:

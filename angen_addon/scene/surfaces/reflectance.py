@@ -15,13 +15,13 @@ from ..animation import all_animated
 from ..light.materials import Surfaces
 from ..rays.caster import NOTHING, RayCaster, RayHits
 from ..rays.solids import Solid
-from .probe import MetSurfaces
+from .probe import HitSurfaces
 
 NO_MATERIAL = 0
 COLOURED = (bpy.types.Material, bpy.types.ShaderNodeTree)
 
 
-class Reflectance(MetSurfaces):
+class Reflectance(HitSurfaces):
     """Reads the reflectance (n,) of hit solids, from 0 to 1; 0 for a ray that hits nothing."""
 
     need = REFLECTANCE
@@ -49,9 +49,9 @@ class Reflectance(MetSurfaces):
             self._surfaces = Surfaces()
 
     def _values_at(self, seen: RayHits) -> Array:
-        found = np.zeros(len(seen.met))
-        for number in np.unique(seen.met[seen.met != NOTHING]).tolist():
-            which, geometry = np.flatnonzero(seen.met == number), self._solids[number].geometry
+        found = np.zeros(len(seen.solids))
+        for number in np.unique(seen.solids[seen.solids != NOTHING]).tolist():
+            which, geometry = np.flatnonzero(seen.solids == number), self._solids[number].geometry
             materials = geometry.materials(self._depsgraph) or [NO_MATERIAL]
             each = np.array(
                 [luminance(self._surfaces.reflectance(uid)) for uid in materials], np.float64

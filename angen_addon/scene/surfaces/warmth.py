@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Hashable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -11,18 +12,19 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from ....sensor_logic.heat import HEATS, Heat, warm_share, warm_steps
 from ....sensor_logic.kind import WARMTH
 from ....sensor_logic.logs.wording import ZERO_CELSIUS
 from ....sensor_logic.model import Answers, Array, Emission, Index
 from ....sensor_logic.physics import insulated_share
 from ....sensor_logic.warmth_left import Imprint, Place, Print, Spots, WarmthLeft, ages, start_of
-from ..animation import is_animated
+from ..animation import is_animated, played_curves, time_stretch
 from ..instances import Uid
 from ..rays.caster import NOTHING, RayCaster, RayHits, Rays
 from ..rays.solids import Solid, Solids, inverted
 from ..sensors import unit_scale
 from .contacts import Bodies, in_frame
-from .probe import MetSurfaces
+from .probe import HitSurfaces
 
 # Temperatures.
 #
@@ -32,6 +34,8 @@ from .probe import MetSurfaces
 
 ANIMATED = tuple(f"angen_warmth.{name}" for name in ("temperature", "emissivity", "insulation"))
 DEFAULT_EMISSIVITY = 0.95
+# Data path of whether an object is in use.
+IN_USE = "angen_use.in_use"
 
 
 class OwnWarmth(NamedTuple):
@@ -82,16 +86,20 @@ class _Patches:
     corners: Any = None
 
 
-class Warmth(MetSurfaces):
+class Warmth(HitSurfaces):
     """Reads the temperature and emissivity of the surfaces that rays hit, as `Emission`."""
 
     need = WARMTH
 
     @staticmethod
     def changes_by_itself(scene: Any) -> bool:
-        """Return whether any temperature is animated, also the scene's ambient temperature."""
+        """Return whether a temperature is animated, also the ambient one, or changes with use."""
         owners = *bpy.data.objects, *bpy.data.materials
-        return scene.animation_data is not None or any(map(_is_animated, owners))
+        return (
+            scene.animation_data is not None
+            or any(map(_is_animated, owners))
+            or any(heat_of(obj) is not None for obj in bpy.data.objects)
+        )
 
     def __init__(self, caster: RayCaster) -> None:
         super().__init__(caster)
@@ -152,11 +160,11 @@ class Warmth(MetSurfaces):
 
     def _values_at(self, seen: RayHits) -> Emission:
         ambient = kelvin(self._depsgraph.scene_eval.angen_ambient_temperature)
-        values = self._values[seen.met]
-        for number in np.unique(seen.met).tolist() if self._patches else ():
+        values = self._values[seen.solids]
+        for number in np.unique(seen.solids).tolist() if self._patches else ():
             patches = self._patches.get(number)
             if patches is not None:
-                which = np.flatnonzero(seen.met == number)
+                which = np.flatnonzero(seen.solids == number)
                 slot = self._slots(patches, seen.faces[which])
                 values[which] = patches.values[slot]
         temperature, emissivity, share = values.T
@@ -208,7 +216,7 @@ class Warmth(MetSurfaces):
         return found
 
     def _read(self, solid: Solid, by_uid: dict[int, Any], parents: dict[Any, list[Any]]) -> bool:
-        """Store the temperature of a solid; return whether it is animated.
+        """Store the temperature of a solid; return whether it changes by itself.
 
         `by_uid` has the objects and materials of the file by session uid, and `parents` the direct
         parents of each collection.
@@ -218,8 +226,15 @@ class Warmth(MetSurfaces):
         if whole is None:
             inherited = inherited_warmth(original, parents)
             whole = AMBIENT if inherited is None else inherited
+        animated, heat = _is_animated(original), heat_of(original)
+        if heat is not None:
+            animated, scene = True, depsgraph.scene_eval
+            ambient = kelvin(scene.angen_ambient_temperature)
+            whole = whole._replace(
+                temperature=ambient + heat.excess * share_in_use(original, heat, depsgraph.scene),
+                share=0.0,
+            )
         self._values[solid.number] = whole
-        animated = _is_animated(original)
         materials = [by_uid.get(uid) for uid in solid.geometry.materials(depsgraph)]
         each = [own_warmth(m.evaluated_get(depsgraph)) if m else None for m in materials]
         animated |= any(_is_animated(m) for m in materials if m)
@@ -307,7 +322,7 @@ class _SeenPrints:
         hits: RayHits = self._found.table[row]
         metres = unit_scale(self._probe._depsgraph.scene)
         for place, one in prints.items():
-            which = np.flatnonzero(hits.met == place[0])
+            which = np.flatnonzero(hits.solids == place[0])
             if len(which):
                 origins, ways, _ = (values[which] for values in self._rays)
                 points = origins + ways * hits.ranges[which, None]
@@ -377,6 +392,57 @@ def collection_parents() -> dict[Any, list[Any]]:
 
 def _by_uid() -> dict[int, Any]:
     return {owner.session_uid: owner for owner in (*bpy.data.objects, *bpy.data.materials)}
+
+
+def heat_of(obj: Any) -> Heat | None:
+    """Return how warm an object becomes in use; None for one that does not."""
+    return HEATS.get(obj.angen_heat.sort)
+
+
+def share_in_use(obj: Any, heat: Heat, scene: Any) -> float:
+    """Return the share of its excess that an object has at the scene's frame, 0 to 1.
+
+    Keys of *In Use* up to this frame count. Without keys, an object in use is as warm as can be.
+    """
+    uses = _uses_of(obj, scene)
+    if uses is None:
+        return float(obj.angen_use.in_use)
+    return warm_share(heat, uses, scene.frame_float * time_stretch(scene) / _key_rate(scene))
+
+
+def heat_changes(obj: Any, scene: Any) -> Array:
+    """Return when the temperature of an object has changed by its use (n,), in frames of keys."""
+    heat = heat_of(obj) if isinstance(obj, bpy.types.Object) else None
+    uses = None if heat is None else _uses_of(obj, scene)
+    if heat is None or uses is None:
+        return np.empty(0)
+    return np.array(warm_steps(heat, uses)) * _key_rate(scene)
+
+
+def _key_rate(scene: Any) -> float:
+    """Return the number of frames of keys in a second."""
+    return time_stretch(scene) * float(scene.render.fps) / float(scene.render.fps_base)
+
+
+def _uses_of(obj: Any, scene: Any) -> list[tuple[float, float]] | None:
+    """Return start and end of each keyed use of an object, s; None without keys.
+
+    The first key also says how it was before, and the last one how it is later.
+    """
+    curve = next((c for c in played_curves(obj) if c.data_path == IN_USE), None)
+    if curve is None or not len(curve.keyframe_points):
+        return None
+    a_second = _key_rate(scene)
+    uses: list[tuple[float, float]] = []
+    since: float | None = None
+    for number, key in enumerate(curve.keyframe_points):
+        at, is_used = key.co[0] / a_second if number else -math.inf, key.co[1] > 0.5
+        if is_used and since is None:
+            since = at
+        elif not is_used and since is not None:
+            uses.append((since, at))
+            since = None
+    return uses if since is None else [*uses, (since, math.inf)]
 
 
 def _is_animated(owner: Any) -> bool:

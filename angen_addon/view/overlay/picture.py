@@ -22,7 +22,7 @@ from ...appearance.figures import Figure, surface_outline
 from ...appearance.reading_text import ACTIVE, ReadingText
 from ...runtime.live import live_of
 from ...runtime.sensor_runner import SensorRunner
-from ...runtime.trace import RaysMet, Trace
+from ...runtime.trace import CastRays, Trace
 from ...scene.sensors import Sensor, all_sensors, unit_scale
 from ...view import readings
 
@@ -289,7 +289,7 @@ class DrawnSensor:
         self._rays: tuple[Any, ...] = ()
         self._scan: tuple[Any, ...] = ()
         # By name of the drawing function and number of the bundle: the hits and their figure.
-        self._drawn: dict[tuple[str, int], tuple[RaysMet, Figure | None]] = {}
+        self._drawn: dict[tuple[str, int], tuple[CastRays, Figure | None]] = {}
 
     @property
     def selected(self) -> bool:
@@ -370,7 +370,7 @@ class DrawnSensor:
         self.revision += 1
 
     def _bundle_figures(
-        self, draws: str, bundles: dict[int, RaysMet], metres: float
+        self, draws: str, bundles: dict[int, CastRays], metres: float
     ) -> list[Figure]:
         """Return the figures of ray bundles; make the figure of a bundle anew if its hits changed.
 
@@ -380,11 +380,11 @@ class DrawnSensor:
         hits by number of the bundle.
         """
         found = []
-        for number, met in bundles.items():
+        for number, cast in bundles.items():
             known = self._drawn.get((draws, number))
-            if known is None or known[0] is not met:
-                drawn = getattr(self.appearance, draws)(self, number, met, metres)
-                known = self._drawn[draws, number] = met, drawn
+            if known is None or known[0] is not cast:
+                drawn = getattr(self.appearance, draws)(self, number, cast, metres)
+                known = self._drawn[draws, number] = cast, drawn
             if known[1] is not None:
                 found.append(known[1])
         return found

@@ -439,7 +439,7 @@ class RangeScan(Model):
             number, now = int(updates.numbers[indices[i]]), scans[rows[i]]
             solids = np.zeros(now.shape, np.intp)
             if answers.hits is not None:
-                solids = answers.hits[i].met.reshape(now.shape)
+                solids = answers.hits[i].solids.reshape(now.shape)
             return Scan(number, updates.pose, now, clean[answers.rows[i]], solids)
 
         first = scan(0)

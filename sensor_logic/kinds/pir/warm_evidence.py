@@ -99,7 +99,7 @@ class _Seen(NamedTuple):
     """What a detector's n rays meet at one update.
 
     `power` (n,) is the radiant power on the elements, minus that of surroundings of one
-    temperature, in W per m² of lenslet. `temperature` (n,) is in K. `hits` has the numbers `met`
+    temperature, in W per m² of lenslet. `temperature` (n,) is in K. `hits` has the numbers `solids`
     (n,) of the solids and the `ranges` (n,).
     """
 
@@ -109,7 +109,7 @@ class _Seen(NamedTuple):
 
 
 class WarmEvidence:
-    """The evidence of successive updates. Its state is what the rays met at the last one."""
+    """The evidence of successive updates. Its state is what the rays hit at the last one."""
 
     def __init__(self) -> None:
         self._last: _Seen | None = None
@@ -150,9 +150,9 @@ def _changes(old: _Seen, new: _Seen, name_of: Callable[[int], str]) -> list[tupl
         return []
     # The nearer of the two objects is the one that came or left.
     was_nearer = old.hits.ranges[which] < new.hits.ranges[which]
-    met = np.where(was_nearer, old.hits.met[which], new.hits.met[which])
+    hit = np.where(was_nearer, old.hits.solids[which], new.hits.solids[which])
     temperature = np.where(was_nearer, old.temperature[which], new.temperature[which])
-    numbers, of = np.unique(met, return_inverse=True)
+    numbers, of = np.unique(hit, return_inverse=True)
     change = np.bincount(of, delta[which])
     warmth, count = np.bincount(of, temperature), np.bincount(of)
     found: dict[str, list[float]] = defaultdict(lambda: [0.0, 0.0, 0, 0])
@@ -162,7 +162,7 @@ def _changes(old: _Seen, new: _Seen, name_of: Callable[[int], str]) -> list[tupl
             row[0] += float(change[i])
             row[1] += float(warmth[i])
             row[2] += int(count[i])
-    for number, rays in zip(*np.unique(new.hits.met, return_counts=True), strict=True):
+    for number, rays in zip(*np.unique(new.hits.solids, return_counts=True), strict=True):
         if (name := name_of(int(number))) in found:
             found[name][3] += int(rays)
     return [(name, *row) for name, row in found.items()]

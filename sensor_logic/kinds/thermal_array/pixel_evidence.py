@@ -100,20 +100,20 @@ class PixelEvidence:
         if answers.hits is None:
             return found
         for i, pixels in enumerate(which):
-            emission, met = answers[i], answers.hits[i].met
+            emission, solids = answers[i], answers.hits[i].solids
             # Rounded: else noise would have the shares computed anew at each update.
             level = np.round(background[i, pixels], 1)
             some, last = pixels.tobytes() + level.tobytes(), self._known
-            if last is None or last[0] is not emission or last[1] is not met or last[2] != some:
-                self._known = emission, met, some
-                given = _given(emission, met, pixels, level, parameters.rays)
+            if last is None or last[0] is not emission or last[1] is not solids or last[2] != some:
+                self._known = emission, solids, some
+                given = _given(emission, solids, pixels, level, parameters.rays)
                 self._objects = _shares(given, updates.name_of)
             found[i] = self._objects
         return found
 
 
 def _given(
-    emission: Emission, met: Any, pixels: NDArray[np.bool_], background: Array, rays: int
+    emission: Emission, solids: Any, pixels: NDArray[np.bool_], background: Array, rays: int
 ) -> dict[int, float]:
     """Return the radiosity above the background in some pixels, by the number of the solid.
 
@@ -122,7 +122,7 @@ def _given(
     at = (np.flatnonzero(pixels)[:, None] * rays + np.arange(rays)).ravel()
     seen = Emission(emission.temperature[at], emission.emissivity[at], emission.ambient)
     level = STEFAN_BOLTZMANN * (np.repeat(background, rays) + ZERO_CELSIUS) ** 4
-    numbers, of = np.unique(met[at], return_inverse=True)
+    numbers, of = np.unique(solids[at], return_inverse=True)
     given = np.bincount(of, np.maximum(radiosity(seen) - level, 0.0))
     return dict(zip(numbers.tolist(), given.tolist(), strict=True))
 

@@ -22,7 +22,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..error import InputError, explained, replaced
+from ..error import InputError, decoded, explained, replaced
 from ..formats.log import Change, Channel, Log, SensorFacts
 from ..log import HEADER, Event, Value, format_time, to_csv
 from .plan import Fault, FaultPlan, Range
@@ -388,7 +388,7 @@ def _is_same(logged: Event[float], event: Event[float], with_time: bool) -> bool
 
 def _rows(truth: Path) -> list[tuple[int, list[str]]]:
     with open(truth, newline="", encoding="utf-8-sig") as file:
-        not_text = replaced(f"{truth} is not a text file in UTF-8", UnicodeDecodeError)
+        not_text = decoded(truth)
         with not_text, explained(str(truth), csv.Error):
             rows = csv.reader(file)
             if tuple(next(rows, ())) != TRUTH_HEADER:

@@ -22,7 +22,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
 
-from ..error import InputError, explained, replaced
+from ..error import InputError, decoded, explained
 from . import casas
 from .log import LoggedActivity, since
 from .source import ACTIVITY_HEADER, EPOCH, WORDS, read_activities
@@ -68,7 +68,7 @@ def read(path: Path) -> tuple[list[DoneActivity], list[str]]:
     if path.is_dir():
         found = list(_of_folder(path))
     else:
-        not_text = replaced(f"{path} is not a text file in UTF-8", UnicodeDecodeError)
+        not_text = decoded(path)
         with not_text:
             lines = path.read_text(encoding="utf-8-sig").splitlines()
         found = list(_of_lines(path, lines, notes))

@@ -40,8 +40,10 @@ BINARY_CLASSES = {
     "occupancy": "occupancy",
     "proximity": "occupancy",
     "light": "light",
+    "operation": "running",
+    "flow": "running",
 }
-NUMBER_CLASSES = {q: q for q in ("illuminance", "distance", "temperature")}
+NUMBER_CLASSES = {q: q for q in ("illuminance", "distance", "temperature", "power")}
 
 
 class Message(NamedTuple):

@@ -18,7 +18,7 @@ from datetime import datetime, timedelta
 from pathlib import Path
 from typing import NamedTuple
 
-from ..error import explained, replaced
+from ..error import decoded, explained
 from ..log import Event
 from .activities import ABOVE, ENDS, INTERVAL, LENGTH, STARTS, parsed_time, plain
 from .source import EPOCH, ParsedLog, RowTally, field_of
@@ -32,12 +32,13 @@ BEGINS = (
     rb"|(?i:start(?:[ _]?time)?,end(?:[ _]?time)?,(?:sensor|device)\b)"
 )
 SENSORS, TYPES, ROOMS = ("sensor", "device"), ("type",), ("room", "place")
-# The quantity that sensors of a type measure, by a word in the type or the name. What is in use, as
-# with a flush or a plug, is occupied.
+# The quantity that sensors of a type measure, by a word in the type or the name.
 WORDS = (
     ("motion", ("pir", "motion")),
     ("opening", ("magnetic", "contact", "door", "reed", "fridge", "cupboard", "freezer", "window")),
-    ("occupancy", ("pressure", "mat", "bed", "seat", "flush", "electric", "float", "item")),
+    ("flow", ("flush", "float")),
+    ("operation", ("electric", "plug")),
+    ("occupancy", ("pressure", "mat", "bed", "seat", "item")),
 )
 
 
@@ -58,7 +59,7 @@ def read(path: Path) -> ParsedLog:
     The kinds of sensors are guessed from their types and names. Raise ValueError for an invalid
     line; the text names it.
     """
-    with replaced(f"{path} is not a text file in UTF-8", UnicodeDecodeError):
+    with decoded(path):
         lines = path.read_text(encoding="utf-8-sig").splitlines()
     found = ParsedLog([], has_states=False)
     left_out = RowTally("row", "left out")

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from datetime import datetime, tzinfo
 from pathlib import Path
 
-from ..error import InputError, explained
+from ..error import InputError, check_mark, explained
 from ..log import HEADER, Event
 from . import FORMATS, Format, activities, intervals
 from .log import DEFAULT_START, Log, LoggedActivity, SensorFacts, count_left_out, since
@@ -106,6 +106,9 @@ def read_log(
     OSError
         If the file cannot be opened.
     """
+    if not path.is_dir():
+        with open(path, "rb") as file:
+            check_mark(path, file.read(2))
     if activities.is_activities(path):
         raise InputError(
             f"{path} has activities and no sensors: give the log of the sensors, and these with "

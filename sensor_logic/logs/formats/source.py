@@ -19,7 +19,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ..error import InputError, explained, replaced
+from ..error import InputError, decoded, explained, replaced
 from ..fields import LOGGED_KINDS, Field
 from ..files import read_text
 from ..log import (
@@ -276,7 +276,7 @@ def read_log_events(
     `ParsedLog`. If `start` is None, the start follows from the dates in the file, if it has any.
     Raise InputError or OSError.
     """
-    not_text = replaced(f"{path} is not a text file in UTF-8", UnicodeDecodeError)
+    not_text = decoded(path)
     with not_text, open(path, newline="", encoding="utf-8-sig") as file:
         rows = csv.reader(file)
         header = tuple(next(rows, ()))
@@ -430,7 +430,7 @@ def read_activities(
 
     `labels` has, for some activities, the names that replace them. Raise InputError or OSError.
     """
-    not_text = replaced(f"{path} is not a text file in UTF-8", UnicodeDecodeError)
+    not_text = decoded(path)
     with not_text, open(path, newline="", encoding="utf-8-sig") as file:
         rows = csv.reader(file)
         if tuple(next(rows, ())) != ACTIVITY_HEADER:

@@ -341,7 +341,9 @@ def test_who_gives_up_a_place_takes_the_frame_out_of_the_home(play) -> None:
     assert np.hypot(*(pose.walker[0, :2] - pose.pelvis[0, :2])) < 0.5
 
 
-def test_what_a_person_uses_is_in_use_from_the_start_to_the_end(day, play) -> None:
+def test_what_a_person_uses_is_in_use_from_the_start_to_the_end(play) -> None:
+    exact = [f"{name} = {{ varies = 0.0 }}" for name in ("Stove", "Washbasin", "Toilet")]
+    day = play(ACTIVITIES, {"anna": DAY_PLAN}, head="\n".join(["[uses]", *exact]))
     used = day.acted.times_in_use()
     # Nobody only stands at a place that is in use: hands work there for as long as the step says.
     assert np.allclose(np.diff(used["Stove"]), 60.0) and len(used["Stove"]) == 1

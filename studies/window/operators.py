@@ -27,6 +27,7 @@ from bpy_extras.io_utils import ExportHelper
 
 from ...angen_addon.relative_path import RELATIVE_PATH, ChosenFile
 from ...angen_addon.scene.sensors import Sensor, all_sensors
+from ...angen_addon.translations.interface import translated
 from ...angen_addon.view.active import active_sensor
 from ...operators.polls import cancelled, needs
 from ...sensor_logic.kind import Kind
@@ -205,7 +206,7 @@ class ANGEN_OT_study_write(Operator, ChosenFile, ExportHelper):
             return cancelled(self, error)
         wanted.file = str(path)
         unsaved = "; the home has unsaved changes" if bpy.data.is_dirty else ""
-        self.report({"INFO"}, f"Written: {path}{unsaved}. Run it in a terminal")
+        self.report({"INFO"}, translated(f"Written: {path}{unsaved}. Run it in a terminal"))
         return {"FINISHED"}
 
 

@@ -11,6 +11,7 @@ from bpy.types import Context, Menu, Operator
 
 from ..angen_addon.authoring.presets import find_preset, new_sensor
 from ..angen_addon.scene.home.rooms import fill_room
+from ..angen_addon.translations.interface import translated
 from ..sensor_logic.kind import Preset
 from ..sensor_logic.kinds import KINDS
 from ..sensor_logic.logs.error import AngenError
@@ -66,7 +67,7 @@ class ANGEN_OT_sensor_add(Operator):
         sensor.matrix_world = context.scene.cursor.matrix
         fill_room(context.evaluated_depsgraph_get(), sensor, context.scene.cursor.location)
         part = f" ({preset.label})" if preset is not None else ""
-        self.report({"INFO"}, f"Added '{sensor.name}'{part} at the 3D cursor")
+        self.report({"INFO"}, translated(f"Added '{sensor.name}'{part} at the 3D cursor"))
         return {"FINISHED"}
 
 

@@ -12,6 +12,7 @@ from bpy.types import Context, Menu, Operator
 from ..angen_addon.advice.sensing import without_surface
 from ..angen_addon.scene.home.rooms import fill_room
 from ..angen_addon.scene.instances import stands_for
+from ..angen_addon.translations.interface import translated
 from ..sensor_logic.kind import FORCES
 from ..sensor_logic.kinds import KINDS, NO_KIND
 from ..sensor_logic.logs.wording import uncapitalized
@@ -43,9 +44,9 @@ class ANGEN_OT_sensor_assign(Operator):
         fill_room(context.evaluated_depsgraph_get(), obj)
         problem = without_surface(obj) if kind.requires(FORCES) else None
         if problem:
-            self.report({"WARNING"}, f"'{obj.name}': {uncapitalized(problem.text)}")
+            self.report({"WARNING"}, translated(f"'{obj.name}': {uncapitalized(problem.text)}"))
         else:
-            self.report({"INFO"}, f"'{obj.name}' is a sensor: {kind.label}")
+            self.report({"INFO"}, translated(f"'{obj.name}' is a sensor: {kind.label}"))
         return {"FINISHED"}
 
 
@@ -60,7 +61,7 @@ class ANGEN_OT_sensor_clear(Operator):
     def execute(self, context: Context) -> set[str]:
         obj = stands_for(context.object)
         obj.angen_sensor.kind = NO_KIND
-        self.report({"INFO"}, f"'{obj.name}' is an ordinary object again")
+        self.report({"INFO"}, translated(f"'{obj.name}' is an ordinary object again"))
         return {"FINISHED"}
 
 

@@ -11,6 +11,7 @@ from ..angen_addon.recording import bake
 from ..angen_addon.recording.results import RESULTS
 from ..angen_addon.scene.instances import stands_for
 from ..angen_addon.scene.sensors import all_sensors, simulated
+from ..angen_addon.translations.interface import translated
 from ..sensor_logic.logs.wording import plural
 from .polls import cancelled, needs
 from .recording import has_fresh_recording, is_still_fresh
@@ -35,10 +36,10 @@ class ANGEN_OT_bake_keyframes(Operator):
         baked = bake.bake(simulated(all_sensors(context.view_layer)), recording, scene)
         scene.frame_set(scene.frame_current, subframe=scene.frame_subframe)
         for note in baked.notes:
-            self.report({"WARNING"}, note)
+            self.report({"WARNING"}, translated(note))
         if not baked.count:
             return cancelled(self, "No sensor could get keyframes")
-        self.report({"INFO"}, f"Baked the outputs of {plural(baked.count, 'sensor')}")
+        self.report({"INFO"}, translated(f"Baked the outputs of {plural(baked.count, 'sensor')}"))
         return {"FINISHED"}
 
 
@@ -72,12 +73,13 @@ class ANGEN_OT_unbake_keyframes(Operator):
         unbaked = bake.unbake(sensors)
         scene.frame_set(scene.frame_current, subframe=scene.frame_subframe)
         for note in unbaked.notes:
-            self.report({"WARNING"}, note)
+            self.report({"WARNING"}, translated(note))
         if not unbaked.count:
             return cancelled(self, "No selected sensor has baked keyframes that can be removed")
         many = plural(unbaked.count, "sensor")
         self.report(
-            {"INFO"}, f"Removed the keyframes of {many}: drivers read recorded or live values"
+            {"INFO"},
+            translated(f"Removed the keyframes of {many}: drivers read recorded or live values"),
         )
         return {"FINISHED"}
 

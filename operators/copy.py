@@ -10,6 +10,7 @@ from bpy.props import StringProperty
 from bpy.types import Context, Operator
 
 from ..angen_addon.scene.instances import is_sensor, stands_for
+from ..angen_addon.translations.interface import translated
 from ..sensor_logic.kind import Kind
 from ..sensor_logic.kinds import KINDS
 from ..sensor_logic.parameters import specs
@@ -89,7 +90,7 @@ class ANGEN_OT_copy_to_selected(Operator):
         if left_out:
             rest = f" and {len(left_out) - SHOWN} more" if len(left_out) > SHOWN else ""
             report += f"; left out: {', '.join(left_out[:SHOWN])}{rest}"
-        self.report({"INFO" if done else "ERROR"}, report)
+        self.report({"INFO" if done else "ERROR"}, translated(report))
         return {"FINISHED" if done else "CANCELLED"}
 
 

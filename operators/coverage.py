@@ -17,6 +17,7 @@ from ..angen_addon.coverage.settings import motion_of, room_names
 from ..angen_addon.output.output_files import write
 from ..angen_addon.relative_path import ChosenFile
 from ..angen_addon.scene.sensors import all_sensors, decimal
+from ..angen_addon.translations.interface import translated
 from ..sensor_logic.coverage.grid import CoverageMap, map_csv
 from ..sensor_logic.logs.error import AngenError
 from ..sensor_logic.logs.files import check_folder
@@ -74,9 +75,11 @@ class ANGEN_OT_coverage(LongWork, Operator):
         whole = result.total()
         self.report(
             {"INFO"},
-            f"{result.motion.label}: {100 * whole.share:.1f} % of "
-            f"{whole.cells * whole.area:.1f} m² of free floor is covered, "
-            f"{whole.dead * whole.area:.1f} m² is not",
+            translated(
+                f"{result.motion.label}: {100 * whole.share:.1f} % of "
+                f"{whole.cells * whole.area:.1f} m² of free floor is covered, "
+                f"{whole.dead * whole.area:.1f} m² is not"
+            ),
         )
 
 
@@ -95,7 +98,7 @@ class ANGEN_OT_coverage_clear(Operator):
     def execute(self, context: Context) -> set[str]:
         count = shown.remove(context.scene)
         shown.forget(context.scene)
-        self.report({"INFO"}, f"Removed {plural(count, 'coverage map')}")
+        self.report({"INFO"}, translated(f"Removed {plural(count, 'coverage map')}"))
         return {"FINISHED"}
 
 
@@ -125,7 +128,7 @@ class ANGEN_OT_export_coverage(Operator, ChosenFile, ExportHelper):
             write({path: text})
         except AngenError as error:
             return cancelled(self, error)
-        self.report({"INFO"}, f"Written: {path}"[:200])
+        self.report({"INFO"}, translated(f"Written: {path}")[:200])
         return {"FINISHED"}
 
 

@@ -10,6 +10,7 @@ from bpy.types import Context, Operator
 from ..angen_addon.authoring.presets import select_only
 from ..angen_addon.doctor import Finding, count, findings
 from ..angen_addon.scene import memory
+from ..angen_addon.translations.interface import translated
 from .polls import can_read_scene, cancelled, is_idle
 
 # The findings of the last Examine Home; None before it.
@@ -37,7 +38,7 @@ class ANGEN_OT_doctor(Operator):
     def execute(self, context: Context) -> set[str]:
         global found
         found = tuple(findings())
-        self.report({"WARNING" if found else "INFO"}, count(list(found)).capitalize())
+        self.report({"WARNING" if found else "INFO"}, translated(count(list(found)).capitalize()))
         return {"FINISHED"}
 
 

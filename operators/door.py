@@ -22,6 +22,7 @@ from ..angen_addon.scene.door_motion import MOTIONS, Leaf, leaves_of
 from ..angen_addon.scene.home.first_surface import SurfacePoint, belongs_to, first_surface
 from ..angen_addon.scene.home.rooms import fill_room
 from ..angen_addon.scene.sensors import unit_scale
+from ..angen_addon.translations.interface import translated
 from ..sensor_logic.logs.error import AngenError
 from .polls import can_add, cancelled, needs
 
@@ -90,14 +91,17 @@ class ANGEN_OT_door_fit(Operator):
         fill_room(context.evaluated_depsgraph_get(), sensor, before)
         problem = _why_not_working(context, sensor, flag, leaf_object, scale)
         if problem:
-            self.report({"WARNING"}, f"'{sensor.name}': {problem}")
+            self.report({"WARNING"}, translated(f"'{sensor.name}': {problem}"))
         else:
             kind = "sliding" if leaf.slides else "hinged"
             guess = GUESS.format(leaf.hand.lower()) if leaf.guessed else ""
             self.report(
-                {"INFO"}, f"Fitted the {kind} door '{leaf_object.name}': '{sensor.name}' on "
-                f"'{frame.object.name}', '{flag.name}' on the leaf{guess}"
-            )  # fmt: skip
+                {"INFO"},
+                translated(
+                    f"Fitted the {kind} door '{leaf_object.name}': '{sensor.name}' on "
+                    f"'{frame.object.name}', '{flag.name}' on the leaf{guess}"
+                ),
+            )
         return {"FINISHED"}
 
 

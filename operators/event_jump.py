@@ -12,6 +12,7 @@ from bpy.types import Context, Operator
 from ..angen_addon.recording.results import RESULTS
 from ..angen_addon.runtime.playhead import why_not_recorded
 from ..angen_addon.runtime.time_base import moment_text
+from ..angen_addon.translations.interface import translated
 from ..angen_addon.view.active import active_sensor
 from ..sensor_logic.recording.events import event_rows, shown_rows
 from ..sensor_logic.recording.tracks import Recording, Track
@@ -71,14 +72,16 @@ class ANGEN_OT_event_jump(Operator):
         if not ahead:
             side = "after" if self.direction == "NEXT" else "before"
             what = "event" if len(frames) == len(every) else "change of state"
-            self.report({"INFO"}, f"'{track.sensor}' has no {what} {side} this frame")
+            self.report({"INFO"}, translated(f"'{track.sensor}' has no {what} {side} this frame"))
             return {"CANCELLED"}
         substeps = recording.clock.substeps if recording.clock else 1
         step = round(ahead[0] * substeps)
         scene.frame_set(step // substeps, subframe=step % substeps / substeps)
         passed = sum(frame <= ahead[0] for frame in every)
         at = moment_text(scene, ahead[0])
-        self.report({"INFO"}, f"'{track.sensor}': {passed} of {len(every)} events passed, {at}")
+        self.report(
+            {"INFO"}, translated(f"'{track.sensor}': {passed} of {len(every)} events passed, {at}")
+        )
         return {"FINISHED"}
 
 

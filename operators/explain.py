@@ -12,6 +12,7 @@ from bpy.types import Context, Operator
 from ..angen_addon.explain.explain import MEMORY, explain
 from ..angen_addon.recording.results import RESULTS
 from ..angen_addon.runtime.time_base import clock_of
+from ..angen_addon.translations.interface import translated
 from ..angen_addon.view.active import active_sensor
 from ..sensor_logic.logs.error import AngenError
 from ..sensor_logic.recording.events import log_indices
@@ -53,7 +54,9 @@ class ANGEN_OT_explain(Operator):
         index = track.at(frame + 1e-4) if self.now else event_at(track, frame)
         if index is None:
             first = track.frames[0]
-            self.report({"INFO"}, f"No event yet: the recording starts at frame {first:g}")
+            self.report(
+                {"INFO"}, translated(f"No event yet: the recording starts at frame {first:g}")
+            )
             return {"CANCELLED"}
         try:
             explanation = explain(scene, sensor, recording, index)
@@ -64,7 +67,7 @@ class ANGEN_OT_explain(Operator):
             doubt = f"the recording is stale ({kept.stale}): simulate again"
             explanation = replace(explanation, doubt=doubt)
         MEMORY.keep(recording, sensor.uid, explanation)
-        self.report({"WARNING" if explanation.doubt else "INFO"}, explanation.headline)
+        self.report({"WARNING" if explanation.doubt else "INFO"}, translated(explanation.headline))
         return {"FINISHED"}
 
 

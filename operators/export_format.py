@@ -13,6 +13,7 @@ from ..angen_addon.appearance.panel_parts import draw_lines
 from ..angen_addon.output.output_files import Exports, Outputs
 from ..angen_addon.output.run_log import log_of_run
 from ..angen_addon.relative_path import ChosenFile
+from ..angen_addon.translations.interface import translated
 from ..sensor_logic.logs.formats import FORMATS
 from .export_options import ExportOptions
 
@@ -59,7 +60,7 @@ class ANGEN_OT_export_format(ExportOptions, Operator, ChosenFile):
         log = log_of_run(recording, context.scene, sensors, start)
         with Outputs() as outputs:
             for text in exports.add_to(outputs, log):
-                self.report({"WARNING"}, text)
+                self.report({"WARNING"}, translated(text))
             outputs.commit()
         return str(path)
 

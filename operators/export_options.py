@@ -14,6 +14,7 @@ from ..angen_addon.appearance.panel_parts import draw_lines
 from ..angen_addon.recording.results import RESULTS
 from ..angen_addon.runtime.time_base import start_of
 from ..angen_addon.scene.sensors import Sensor, all_sensors
+from ..angen_addon.translations.interface import translated
 from ..sensor_logic.logs.error import AngenError, InputError, explained
 from ..sensor_logic.logs.log import for_spreadsheets, parse_start
 from ..sensor_logic.recording.tracks import Recording
@@ -78,7 +79,7 @@ class ExportOptions:
             written = self.export(context)
         except AngenError as error:
             return cancelled(self, error)
-        self.report({"INFO"}, f"Written: {written}"[:200])
+        self.report({"INFO"}, translated(f"Written: {written}")[:200])
         return {"FINISHED"}
 
     def chosen(self, context: Context) -> tuple[list[Sensor], Recording, datetime | None]:

@@ -13,6 +13,7 @@ from bpy.types import Context, Operator
 from mathutils import Matrix
 
 from ..angen_addon.scene.instances import is_sensor
+from ..angen_addon.translations.interface import translated
 from ..angen_addon.view.active import active_sensor
 from .polls import cancelled, needs
 
@@ -62,7 +63,9 @@ class ANGEN_OT_instance_override(Operator):
         if sensors:
             context.view_layer.objects.active = sensors[0]
         names = ", ".join(obj.name for obj in sensors)
-        self.report({"INFO"}, f"'{holder.name}' is overridden, with the sensors {names}"[:200])
+        self.report(
+            {"INFO"}, translated(f"'{holder.name}' is overridden, with the sensors {names}")[:200]
+        )
         return {"FINISHED"}
 
 

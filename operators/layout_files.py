@@ -16,6 +16,7 @@ from ..angen_addon.layout.marks import marks_of
 from ..angen_addon.output.output_files import write
 from ..angen_addon.relative_path import RELATIVE_PATH, ChosenFile
 from ..angen_addon.scene.sensors import all_sensors
+from ..angen_addon.translations.interface import translated
 from ..sensor_logic.logs.error import AngenError, InputError
 from ..sensor_logic.logs.files import check_folder
 from ..sensor_logic.logs.wording import plural
@@ -53,7 +54,7 @@ class ANGEN_OT_import_layout(Operator, ChosenFile, ImportHelper):
             applied = apply_layout(path, self.remove)
         except InputError as error:
             return cancelled(self, error)
-        self.report({"INFO"}, f"{path.name}: {applied.text}")
+        self.report({"INFO"}, translated(f"{path.name}: {applied.text}"))
         return {"FINISHED"}
 
 
@@ -93,7 +94,7 @@ class ANGEN_OT_export_layout(Operator, ChosenFile, ExportHelper):
             write({path: layout_text(sensors, marks)})
         except AngenError as error:
             return cancelled(self, error)
-        self.report({"INFO"}, f"{path.name}: {plural(len(sensors), 'sensor')}")
+        self.report({"INFO"}, translated(f"{path.name}: {plural(len(sensors), 'sensor')}"))
         return {"FINISHED"}
 
 

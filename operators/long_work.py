@@ -8,6 +8,7 @@ from typing import Any
 
 from bpy.types import Context, Event
 
+from ..angen_addon.translations.interface import translated
 from ..sensor_logic import progress
 from ..sensor_logic.logs.error import AngenError
 from ..sensor_logic.progress import Doing, Enough, TimeLeft, Work, finished
@@ -104,7 +105,7 @@ class LongWork:
             return {"RUNNING_MODAL"}
         except Enough:
             self._close(context)
-            self.report({"INFO"}, "Cancelled; nothing has changed")
+            self.report({"INFO"}, translated("Cancelled; nothing has changed"))
             return {"CANCELLED"}
         except AngenError as error:
             self._close(context)

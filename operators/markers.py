@@ -12,6 +12,7 @@ from bpy.types import Context, Operator
 
 from ..angen_addon.recording.results import RESULTS
 from ..angen_addon.scene.sensors import Sensor, all_sensors
+from ..angen_addon.translations.interface import translated
 from ..angen_addon.view.active import active_sensor
 from ..sensor_logic.logs.log import format_value
 from ..sensor_logic.logs.wording import plural, split
@@ -103,9 +104,11 @@ class ANGEN_OT_markers_add(Operator):
         names = marked(scene) | {name for name, _ in events}
         scene.angen_timeline.marked = "\n".join(sorted(names))
         if not events:
-            self.report({"WARNING"}, "The selected sensors have no events in the recording")
+            self.report(
+                {"WARNING"}, translated("The selected sensors have no events in the recording")
+            )
             return {"FINISHED"}
-        self.report({"INFO"}, f"Added {plural(len(events), 'marker')}")
+        self.report({"INFO"}, translated(f"Added {plural(len(events), 'marker')}"))
         return {"FINISHED"}
 
     def _events(
@@ -138,7 +141,7 @@ class ANGEN_OT_markers_clear(Operator):
         return needs(cls, context.scene.angen_timeline.marked, "There are no event markers")
 
     def execute(self, context: Context) -> set[str]:
-        self.report({"INFO"}, f"Removed {plural(clear(context.scene), 'event marker')}")
+        self.report({"INFO"}, translated(f"Removed {plural(clear(context.scene), 'event marker')}"))
         return {"FINISHED"}
 
 

@@ -9,6 +9,7 @@ from bpy.types import Context, Operator
 from ..angen_addon.runtime.live import live_of
 from ..angen_addon.runtime.playhead import fresh_recording
 from ..angen_addon.scene.sensors import Sensor, all_sensors, simulated
+from ..angen_addon.translations.interface import translated
 from ..angen_addon.view.active import active_sensor
 from ..sensor_logic.logs.wording import listed
 from ..sensor_logic.progress import Work
@@ -50,7 +51,9 @@ class ANGEN_OT_measure_light(LongWork, Operator):
 
     def _finish(self, context: Context, result: int) -> None:
         frame = context.scene.frame_current
-        self.report({"INFO"}, f"Light measured at frame {frame}: {listed(self._names, 3)}"[:200])
+        self.report(
+            {"INFO"}, translated(f"Light measured at frame {frame}: {listed(self._names, 3)}")[:200]
+        )
 
 
 register, unregister = bpy.utils.register_classes_factory((ANGEN_OT_measure_light,))

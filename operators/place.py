@@ -25,6 +25,7 @@ from ..angen_addon.scene.home.first_surface import UP, SurfacePoint, first_surfa
 from ..angen_addon.scene.home.rooms import fill_room
 from ..angen_addon.scene.lengths import lengths_of
 from ..angen_addon.scene.sensors import unit_scale
+from ..angen_addon.translations.interface import translated
 from ..sensor_logic.kinds import KINDS
 from ..sensor_logic.logs.error import AngenError
 from .add import KIND_ITEMS, preset_of, preset_property
@@ -230,11 +231,13 @@ class ANGEN_OT_sensor_place(Operator):
         if self.follow and not followed:
             self.report(
                 {"WARNING"},
-                f"'{sensor.name}' was placed without a parent: the surface is part of an "
-                "instance, or has a scale of 0",
+                translated(
+                    f"'{sensor.name}' was placed without a parent: the surface is part of an "
+                    "instance, or has a scale of 0"
+                ),
             )
         else:
-            self.report({"INFO"}, f"Placed '{sensor.name}'{_on(surface)}")
+            self.report({"INFO"}, translated(f"Placed '{sensor.name}'{_on(surface)}"))
         return {"FINISHED"}
 
     def _matrix(
@@ -275,7 +278,8 @@ class ANGEN_OT_sensor_place(Operator):
                 self.cancel(context)
                 return self.execute(context)
             self.report(
-                {"WARNING"}, "No surface under the mouse: click on a wall, ceiling, floor …"
+                {"WARNING"},
+                translated("No surface under the mouse: click on a wall, ceiling, floor …"),
             )
             return {"RUNNING_MODAL"}
         if event.type == "P" and pressed:

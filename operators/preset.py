@@ -11,6 +11,7 @@ from bpy.types import Context, Operator
 
 from ..angen_addon.authoring.presets import apply, find_preset
 from ..angen_addon.scene.instances import is_sensor, stands_for
+from ..angen_addon.translations.interface import translated
 from ..sensor_logic.kinds import KINDS
 from ..sensor_logic.logs.error import AngenError
 from .polls import can_change_sensor, cancelled
@@ -45,7 +46,7 @@ class ANGEN_OT_preset_apply(Operator):
         except AngenError as error:
             return cancelled(self, error)
         apply(obj, preset)
-        self.report({"INFO"}, f"'{obj.name}' is set to: {preset.label}")
+        self.report({"INFO"}, translated(f"'{obj.name}' is set to: {preset.label}"))
         return {"FINISHED"}
 
 

@@ -16,6 +16,7 @@ from ..angen_addon.coverage.proposal import Proposal, Wish, propose
 from ..angen_addon.coverage.settings import motion_of, room_names
 from ..angen_addon.scene.instances import stands_for
 from ..angen_addon.scene.sensors import Sensor, all_sensors, decimal, room_of
+from ..angen_addon.translations.interface import translated
 from ..sensor_logic.kinds import KINDS
 from ..sensor_logic.logs.error import AngenError
 from ..sensor_logic.logs.wording import plural
@@ -82,7 +83,7 @@ class ANGEN_OT_place_propose(LongWork, Operator):
             # Blender writes the names of unselected objects in black, also on dark walls.
             if ghost.name in context.view_layer.objects:
                 ghost.select_set(True)
-        self.report({"INFO"}, result.summary())
+        self.report({"INFO"}, translated(result.summary()))
 
 
 def _has_proposal(cls: Any, context: Context) -> bool:
@@ -115,7 +116,9 @@ class ANGEN_OT_place_accept(Operator):
         shown.discard(scene)
         for sensor in made:
             sensor.select_set(True)
-        self.report({"INFO"}, f"Placed {', '.join(sensor.name for sensor in made)}"[:200])
+        self.report(
+            {"INFO"}, translated(f"Placed {', '.join(sensor.name for sensor in made)}")[:200]
+        )
         return {"FINISHED"}
 
 
@@ -148,7 +151,7 @@ class ANGEN_OT_place_discard(Operator):
 
     def execute(self, context: Context) -> set[str]:
         count = shown.discard(context.scene)
-        self.report({"INFO"}, f"Discarded {plural(count, 'proposed place')}")
+        self.report({"INFO"}, translated(f"Discarded {plural(count, 'proposed place')}"))
         return {"FINISHED"}
 
 

@@ -9,6 +9,7 @@ import bpy
 from bpy.types import Context, Event, Operator
 
 from ..angen_addon.recording.results import RESULTS
+from ..angen_addon.translations.interface import translated
 from .polls import is_idle, needs
 
 WAY_OUT = "Simulate again, or undo the change"
@@ -75,7 +76,10 @@ class ANGEN_OT_clear_recording(Operator):
 
     def execute(self, context: Context) -> set[str]:
         RESULTS.clear_recording(context.scene)
-        self.report({"INFO"}, "Recording cleared: sensors follow the playhead. Undo brings it back")
+        self.report(
+            {"INFO"},
+            translated("Recording cleared: sensors follow the playhead. Undo brings it back"),
+        )
         return {"FINISHED"}
 
 

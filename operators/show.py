@@ -14,6 +14,7 @@ from bpy_extras.view3d_utils import location_3d_to_region_2d
 from mathutils import Vector
 
 from ..angen_addon.scene.sensors import Sensor, all_sensors, unit_scale
+from ..angen_addon.translations.interface import translated
 from ..angen_addon.view.overlay import refresh
 from .polls import cancelled, needs
 
@@ -57,7 +58,7 @@ class ANGEN_OT_sensor_show(Operator):
         obj = sensor.handle
         hidden = why_hidden(obj, context)
         if hidden:
-            self.report({"WARNING"}, f"'{obj.name}' {hidden}")
+            self.report({"WARNING"}, translated(f"'{obj.name}' {hidden}"))
             return {"CANCELLED"}
         show(sensor, context, self.extend)
         return {"FINISHED"}

@@ -25,6 +25,7 @@ from ..angen_addon.runtime.simulation import Progress, simulate
 from ..angen_addon.runtime.time_base import ends_before_time, frames_to_run, outside_scene
 from ..angen_addon.scene import outputs
 from ..angen_addon.scene.sensors import Sensor, all_sensors, simulated
+from ..angen_addon.translations.interface import translated
 from ..sensor_logic.kind import LIGHT
 from ..sensor_logic.logs.error import AngenError
 from ..sensor_logic.logs.wording import capital
@@ -157,7 +158,7 @@ class ANGEN_OT_simulate(LongWork, Operator):
         except AngenError as error:
             return cancelled(self, error)
         if plan.is_done:
-            self.report({"INFO"}, plan.note)
+            self.report({"INFO"}, translated(plan.note))
             # Nothing has changed: push no undo step.
             return {"CANCELLED"}
         if context.window is None or not plan.question or self.replace:
@@ -186,7 +187,7 @@ class ANGEN_OT_simulate(LongWork, Operator):
         except AngenError as error:
             return cancelled(self, error)
         if self._planned.is_done:
-            self.report({"INFO"}, self._planned.note)
+            self.report({"INFO"}, translated(self._planned.note))
             return {"FINISHED"}
         return LongWork.execute(self, context)
 
@@ -201,7 +202,7 @@ class ANGEN_OT_simulate(LongWork, Operator):
         if last < scene.frame_start:
             raise AngenError(ends_before_time(scene, first, last))
         if text := outside_scene(scene, first, last):
-            self.report({"INFO"}, text)
+            self.report({"INFO"}, translated(text))
         sensors = simulated(all_sensors(context.view_layer))
         if self.without_light:
             sensors = [s for s in sensors if not s.kind.requires(LIGHT)]
@@ -215,7 +216,7 @@ class ANGEN_OT_simulate(LongWork, Operator):
     def _begin(self, context: Context) -> Work[bool]:
         scene, plan = context.scene, self._planned
         if plan.note:
-            self.report({"INFO"}, plan.note)
+            self.report({"INFO"}, translated(plan.note))
         self._recording = Recording()
         self._scene_uid = scene.session_uid
         self._references = {}
@@ -240,7 +241,7 @@ class ANGEN_OT_simulate(LongWork, Operator):
             early = self._recording.frame_end < self._planned.last
         except AngenError as error:
             # The frames that were simulated are kept.
-            self.report({"ERROR"}, str(error))
+            self.report({"ERROR"}, translated(str(error)))
         finally:
             run.close()
         return early
@@ -260,7 +261,9 @@ class ANGEN_OT_simulate(LongWork, Operator):
         if (early or not self._has_a_frame()) and self._keeps_earlier(scene):
             return False
         if not self._updates():
-            self.report({"INFO"}, f"No sensor was on in these frames: {self._stays(scene)}")
+            self.report(
+                {"INFO"}, translated(f"No sensor was on in these frames: {self._stays(scene)}")
+            )
             return False
         frame = scene.frame_current + scene.frame_subframe
         if self._recording.covers(frame):
@@ -283,9 +286,9 @@ class ANGEN_OT_simulate(LongWork, Operator):
             begin, end = former.recording.frame_start, former.recording.frame_end
             if can_undo(context) and (begin < first or last < end):
                 text += f". Undo brings back frames {begin} to {end}"
-        self.report({"INFO"}, text)
+        self.report({"INFO"}, translated(text))
         for text in often_not_valid(not_valid(self._recording.tracks.values())):
-            self.report({"WARNING"}, text)
+            self.report({"WARNING"}, translated(text))
         return True
 
     def _has_a_frame(self) -> bool:
@@ -311,7 +314,7 @@ class ANGEN_OT_simulate(LongWork, Operator):
         if holds and earlier is not None:
             stays = f"frames {earlier.frame_start} to {earlier.frame_end} stay recorded"
         done = "" if self._has_a_frame() else " before the first frame was done"
-        self.report({"INFO"}, f"Stopped{done}: {stays}")
+        self.report({"INFO"}, translated(f"Stopped{done}: {stays}"))
         return True
 
     def _stays(self, scene: Any) -> str:

@@ -18,6 +18,7 @@ from bpy.types import Context, Operator
 
 from ..angen_addon.authoring.presets import SAME_KIND_OF_VALUE
 from ..angen_addon.scene.instances import stands_for
+from ..angen_addon.translations.interface import translated
 from ..sensor_logic.kind import Kind
 from ..sensor_logic.kinds import KINDS
 from ..sensor_logic.parameters import former_choice, former_text, specs
@@ -107,9 +108,11 @@ class ANGEN_OT_user_preset_save(AddPresetBase, Operator):
         # Blender shows the last saved preset as the menu's name.
         getattr(bpy.types, self.preset_menu).bl_label = "Presets"
         if result == {"FINISHED"}:
-            self.report({"INFO"}, f"{'Removed' if removed else 'Saved'} the preset '{name}'")
+            self.report(
+                {"INFO"}, translated(f"{'Removed' if removed else 'Saved'} the preset '{name}'")
+            )
         elif removed:
-            self.report({"ERROR"}, f"You have no preset '{name}'")
+            self.report({"ERROR"}, translated(f"You have no preset '{name}'"))
         return result
 
 
@@ -140,12 +143,14 @@ class ANGEN_OT_user_preset_apply(Operator):
         if unknown:
             self.report(
                 {"WARNING"},
-                "These parameters do not exist in this version and were left "
-                f"out: {', '.join(unknown)}",
+                translated(
+                    "These parameters do not exist in this version and were left "
+                    f"out: {', '.join(unknown)}"
+                ),
             )
         else:
             done = f"'{obj.name}' is set to: {self.name}"
-            self.report({"INFO"}, "; ".join(filter(None, (done, former))))
+            self.report({"INFO"}, translated("; ".join(filter(None, (done, former)))))
         return {"FINISHED"}
 
 

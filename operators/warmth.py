@@ -11,6 +11,7 @@ from bpy.types import Context, Operator
 
 from ..angen_addon.advice.warmth import USUAL, warm
 from ..angen_addon.scene.instances import stands_for
+from ..angen_addon.translations.interface import translated
 from ..sensor_logic.kinds.pir.lenses import LENSES, write_table
 from .polls import can_change_sensor, cancelled, needs
 
@@ -64,7 +65,7 @@ class ANGEN_OT_warmth_set(Operator):
                     "temperature in the Material tab"
                 )
             )
-        self.report({"INFO"}, text)
+        self.report({"INFO"}, translated(text))
         return {"FINISHED"}
 
 
@@ -91,7 +92,8 @@ class ANGEN_OT_lens_table(Operator):
         text.write(write_table(LENSES[pir.lens].zones))
         pir.lens_table = text
         self.report(
-            {"INFO"}, f"The lens is in the text '{text.name}': degrees, a row for each zone"
+            {"INFO"},
+            translated(f"The lens is in the text '{text.name}': degrees, a row for each zone"),
         )
         return {"FINISHED"}
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import ast
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -27,16 +27,24 @@ from angen_addon.translations.dictionary import (  # noqa: E402
     read,
     written,
 )
-from sensor_logic.kinds import KINDS  # noqa: E402
-from sensor_logic.parameters import specs  # noqa: E402
+from sensor_logic.kinds import KINDS, owner_properties  # noqa: E402
+from sensor_logic.parameters import Parameters, specs  # noqa: E402
 
 FOLDER = ROOT / "angen_addon" / "translations"
-SOURCES = ("angen_addon", "operators", "panels", "residents")
+SOURCES = ("angen_addon", "operators", "panels", "residents", "studies/window")
 # The attributes of classes, and the keywords of calls, that are texts of the interface.
 ATTRIBUTES = {"bl_label": LABEL, "bl_category": TAB, "bl_description": TIP}
 OF_PROPERTY = {"name": LABEL, "description": TIP}
 OF_LAYOUT = {"text": LABEL, "heading": LABEL}
 LAYOUTS = ("label", "operator", "prop", "menu", "popover", "progress", "column", "row", "draw_row")
+# Texts that panels draw, and that are made elsewhere in the source.
+OTHERS = (
+    "No reading", "All Frames, {} to {}", "Simulate first", "Parameters of {}",
+    "Parameters: the defaults", "Add Place at 3D Cursor", "Motion, open, pressed, lit",
+    "Still, closed, free, dark", "Not valid", "Not yet sure, or warming up",
+    "Old: the scene has changed since", "Only baked keyframes",
+    "No reading: scrub, play or simulate", "Off",
+)  # fmt: skip
 # The positions of texts in calls of functions, by the function's name.
 ARGUMENTS = {
     "draw_lines": {1: MESSAGE},
@@ -44,7 +52,6 @@ ARGUMENTS = {
     "draw_row": {1: LABEL, 2: MESSAGE},
     "needs": {2: MESSAGE},
     "cancelled": {1: MESSAGE},
-    "report": {1: MESSAGE},
     "translated": {0: MESSAGE},
 }
 
@@ -52,29 +59,55 @@ ARGUMENTS = {
 def texts() -> dict[str, str]:
     """Return the texts of the interface, each with what it is: label, tip or message."""
     found: dict[str, str] = {}
-    for text, what in [*_of_source(), *_of_kinds()]:
-        if any(letter.isalpha() for letter in text.replace(HOLE, "")):
+    for text, what in [*_of_source(), *_of_kinds(), *_of_others()]:
+        is_name = "_" in text and " " not in text
+        if any(letter.isalpha() for letter in text.replace(HOLE, "")) and not is_name:
             # What Blender looks for in its own context must not be a mere label here.
             found[text] = what if found.get(text, LABEL) == LABEL else found[text]
     return found
 
 
 def _of_kinds() -> Iterator[tuple[str, str]]:
+    parameters: list[type[Parameters]] = []
     for kind in KINDS.values():
         yield from ((kind.label, LABEL), (kind.tip, TIP), (kind.active_label, LABEL))
         yield kind.idle_label, LABEL
-        for spec in specs(kind.parameters).values():
+        parameters.append(kind.parameters)
+    for made in (made for owner in ("Object", "Material") for made in owner_properties(owner)):
+        yield from ((made.label, LABEL), (made.tip, TIP))
+        parameters.append(made.parameters)
+    for group in parameters:
+        for spec in specs(group).values():
             yield from ((spec.label, LABEL), (spec.short, LABEL), (spec.tip, TIP))
             yield from ((label, LABEL) for _, *labels in spec.other_labels for label in labels)
             for choice in spec.choices:
                 yield from ((choice.label, LABEL), (choice.tip, TIP))
 
 
+def _of_others() -> Iterator[tuple[str, str]]:
+    """Yield OTHERS; raise ValueError if one is no longer in the source."""
+    known = {
+        text
+        for tree in _trees((*SOURCES, "sensor_logic"))
+        for node in ast.walk(tree)
+        if isinstance(node, (ast.Constant, ast.JoinedStr))
+        for text, _ in _constants(node, LABEL)
+    }
+    if gone := [text for text in OTHERS if text not in known]:
+        raise ValueError(f"remove from OTHERS, as the source does not have them: {gone}")
+    yield from ((text, MESSAGE) for text in OTHERS)
+
+
 def _of_source() -> Iterator[tuple[str, str]]:
-    for folder in SOURCES:
+    for tree in _trees(SOURCES):
+        for node in ast.walk(tree):
+            yield from _of_node(node)
+
+
+def _trees(folders: Iterable[str]) -> Iterator[ast.Module]:
+    for folder in folders:
         for path in sorted((ROOT / folder).rglob("*.py")):
-            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-                yield from _of_node(node)
+            yield ast.parse(path.read_text(encoding="utf-8"))
 
 
 def _of_node(node: ast.AST) -> Iterator[tuple[str, str]]:
@@ -85,6 +118,8 @@ def _of_node(node: ast.AST) -> Iterator[tuple[str, str]]:
                 yield from _constants(one.value, what) if what else ()
     if isinstance(node, (ast.List, ast.Tuple)):
         yield from _of_items(node)
+        if _is_section(node):
+            yield from _constants(node.elts[0], LABEL)
     if not isinstance(node, ast.Call):
         return
     name = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
@@ -93,10 +128,22 @@ def _of_node(node: ast.AST) -> Iterator[tuple[str, str]]:
         if keyword.arg in keywords:
             yield from _constants(keyword.value, keywords[keyword.arg])
     if name == "plural" and isinstance(noun := node.args[-1], ast.Constant):
-        yield from ((f"{HOLE} {noun.value}s", MESSAGE), (f"1 {noun.value}", MESSAGE))
+        yield from ((f"{HOLE} {_string(noun)}s", MESSAGE), (f"1 {_string(noun)}", MESSAGE))
     for position, what in ARGUMENTS.get(name, {}).items():
         if position < len(node.args):
             yield from _constants(node.args[position], what)
+
+
+def _is_section(node: ast.List | ast.Tuple) -> bool:
+    """Return whether this is a section of a panel: a title and the names of its properties."""
+    if len(node.elts) != 2 or not isinstance(node.elts[1], ast.Tuple):
+        return False
+    return all(isinstance(p, ast.Constant) and p.value for p in node.elts[1].elts)
+
+
+def _string(node: ast.expr) -> str:
+    """Return the string that an expression is, or ""."""
+    return node.value if isinstance(node, ast.Constant) and isinstance(node.value, str) else ""
 
 
 def _of_items(node: ast.List | ast.Tuple) -> Iterator[tuple[str, str]]:
@@ -104,15 +151,10 @@ def _of_items(node: ast.List | ast.Tuple) -> Iterator[tuple[str, str]]:
     for item in node.elts:
         if not isinstance(item, ast.Tuple) or not 3 <= len(item.elts) <= 5:
             continue
-        parts = [part.value for part in item.elts[1:3] if isinstance(part, ast.Constant)]
+        parts = [_string(part) for part in item.elts[1:3]]
         last = item.elts[-1]
-        if (
-            len(parts) == 2
-            and all(isinstance(part, str) for part in parts)
-            and (
-                len(item.elts) == 3
-                or (isinstance(last, ast.Constant) and isinstance(last.value, int))
-            )
+        if all(parts) and (
+            len(item.elts) == 3 or (isinstance(last, ast.Constant) and isinstance(last.value, int))
         ):
             yield from ((parts[0], LABEL), (parts[1], TIP))
 
@@ -121,8 +163,13 @@ def _constants(node: ast.expr, what: str) -> Iterator[tuple[str, str]]:
     """Yield the texts that an expression can be, with {} for what is put into them."""
     if isinstance(node, ast.Constant) and isinstance(node.value, str):
         yield node.value, what
+    elif isinstance(node, ast.Subscript):
+        yield from _constants(node.value, what)
     elif isinstance(node, ast.JoinedStr):
-        parts = (p.value if isinstance(p, ast.Constant) else HOLE for p in node.values)
+        for part in node.values:
+            if isinstance(part, ast.FormattedValue):
+                yield from (one for one in _constants(part.value, what) if HOLE not in one[0])
+        parts = (_string(p) or HOLE for p in node.values)
         yield "".join(parts), what
     elif isinstance(node, ast.IfExp):
         yield from (*_constants(node.body, what), *_constants(node.orelse, what))

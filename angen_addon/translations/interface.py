@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import bpy
-from bpy.types import Menu, Operator, Panel, PropertyGroup, UILayout
+from bpy.types import Menu, Operator, Panel, PropertyGroup
 
 from .dictionary import CONTEXT, HOLE, LABEL, Entry, read
 
@@ -80,7 +80,7 @@ def _composed(text: str, code: str) -> str:
     for pattern, template in _templates(code):
         if found := pattern.fullmatch(text):
             values = (known.get(v) or _composed(v, code) or v for v in found.groups())
-            return template.format(*values) if template.count(HOLE) else template
+            return template.format(*values)
     return ""
 
 
@@ -92,20 +92,21 @@ class TranslatedLayout:
 
     def __getattr__(self, name: str) -> Any:
         found = getattr(self.layout_in_english, name)
-        return partial(_draw_translated, found) if callable(found) else found
+        return partial(self._draw, found) if callable(found) else found
 
     def __setattr__(self, name: str, value: Any) -> None:
         setattr(self.layout_in_english, name, value)
 
-
-def _draw_translated(function: Callable[..., Any], *arguments: Any, **facts: Any) -> Any:
-    shown = {key: facts[key] for key in ("text", "heading") if facts.get(key)}
-    if shown and facts.get("translate", True):
-        facts |= {key: translated(text) for key, text in shown.items()} | {"translate": False}
-    found = function(*arguments, **facts)
-    if isinstance(found, tuple):
-        return tuple(TranslatedLayout(one) if one is not None else None for one in found)
-    return TranslatedLayout(found) if isinstance(found, UILayout) else found
+    def _draw(self, function: Callable[..., Any], *arguments: Any, **facts: Any) -> Any:
+        """Call a function of the layout with translated texts; parts of it translate too."""
+        shown = {key: facts[key] for key in ("text", "heading") if facts.get(key)}
+        if shown and facts.get("translate", True):
+            facts |= {key: translated(text) for key, text in shown.items()} | {"translate": False}
+        found = function(*arguments, **facts)
+        if isinstance(found, tuple):
+            return tuple(TranslatedLayout(one) if one is not None else None for one in found)
+        of_layout = isinstance(found, type(self.layout_in_english))
+        return TranslatedLayout(found) if of_layout else found
 
 
 class _Translated:
@@ -135,20 +136,25 @@ def in_context(prop: Any) -> Any:
 
 def prepare_classes() -> None:
     """Give the extension's classes, before their registration, its context and translated texts."""
-    for cls in (c for base in (Panel, Menu, Operator, PropertyGroup) for c in _below(base)):
-        own = vars(cls).get("__annotations__", {})
-        for name, prop in own.items():
-            if isinstance(prop, str) and "Property(" in prop:
-                # A postponed annotation, which Blender evaluates in the same way.
-                own[name] = prop = eval(prop, vars(sys.modules[cls.__module__]))
-            if hasattr(prop, "keywords"):
-                in_context(prop)
-        if issubclass(cls, PropertyGroup) or "bl_translation_context" in vars(cls):
-            continue
-        cls.bl_translation_context = CONTEXT
-        for name in DRAWING:
-            if hasattr(cls, name):
-                setattr(cls, name, _translating(getattr(cls, name)))
+    for base in (Panel, Menu, Operator, PropertyGroup):
+        for cls in _below(base):
+            _prepare(cls)
+
+
+def _prepare(cls: Any) -> None:
+    own = vars(cls).get("__annotations__", {})
+    for name, prop in own.items():
+        if isinstance(prop, str) and "Property(" in prop:
+            # A postponed annotation, which Blender evaluates in the same way.
+            own[name] = prop = eval(prop, vars(sys.modules[cls.__module__]))
+        if hasattr(prop, "keywords"):
+            in_context(prop)
+    if issubclass(cls, PropertyGroup) or "bl_translation_context" in vars(cls):
+        return
+    cls.bl_translation_context = CONTEXT
+    for name in DRAWING:
+        if hasattr(cls, name):
+            setattr(cls, name, _translating(getattr(cls, name)))
 
 
 def _below(base: type) -> Iterator[Any]:

@@ -18,6 +18,7 @@ from bpy.types import Context, Operator
 from ...angen_addon.runtime import handlers
 from ...angen_addon.scene.memory import forgets_at_load
 from ...angen_addon.scene.sensors import all_sensors, simulated
+from ...angen_addon.translations.interface import translated
 from ...operators.long_work import LongWork
 from ...operators.polls import can_read_scene, needs
 from ...sensor_logic.logs.error import InputError, replaced
@@ -176,7 +177,7 @@ class ANGEN_OT_day_read(LongWork, Operator):
         _, settings.mark = day.mark
         note_read(context.scene)
         settings.told = f"{day.on:%A} {day.on.isoformat()}: {len(settings.done)} activities"
-        self.report({"INFO"}, settings.told)
+        self.report({"INFO"}, translated(settings.told))
 
 
 class _ShowActivity(LongWork):
@@ -311,7 +312,7 @@ class ANGEN_OT_day_leave(Operator):
                 "You edited these while the day was shown, so that they may differ from before: "
                 f"{named(changed)}. Check them, or undo"
             )
-            self.report({"WARNING"}, text)
+            self.report({"WARNING"}, translated(text))
         handlers.settings_changed(context.scene)
         _scroll_timelines(context)
         return {"FINISHED"}

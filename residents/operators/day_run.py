@@ -13,6 +13,7 @@ import bpy
 from bpy.types import Context, Operator
 
 from ...angen_addon.scene.sensors import all_sensors, simulated
+from ...angen_addon.translations.interface import translated
 from ...operators.long_work import LongWork
 from ...operators.polls import can_read_scene, needs
 from ...sensor_logic.logs.error import AngenError
@@ -102,10 +103,11 @@ class ANGEN_OT_day_run(LongWork, Operator):
     def _finish(self, context: Context, result: Result) -> set[str] | None:
         settings = context.scene.angen_day
         for text in result.notes:
-            self.report({"WARNING"}, text)
+            self.report({"WARNING"}, translated(text))
         if result.whole and bpy.data.is_dirty and bpy.data.filepath:
             self.report(
-                {"WARNING"}, "home.toml names the saved file, but the home has unsaved changes"
+                {"WARNING"},
+                translated("home.toml names the saved file, but the home has unsaved changes"),
             )
         kept = f"{part_is(result.whole, settings.days, 'day')} in {settings.out}"
         if not result.whole:
@@ -114,7 +116,7 @@ class ANGEN_OT_day_run(LongWork, Operator):
             kept += "; press Run Days again to continue with the next day"
         if result.problem is not None:
             raise AngenError(f"{result.problem}. {kept}")
-        self.report({"INFO"}, kept)
+        self.report({"INFO"}, translated(kept))
         return None if result.whole else {"CANCELLED"}
 
 

@@ -11,6 +11,7 @@ from ...angen_addon.authoring.presets import select_only
 from ...angen_addon.scene import memory
 from ...angen_addon.scene.lengths import lengths_of
 from ...angen_addon.scene.sensors import unit_scale
+from ...angen_addon.translations.interface import translated
 from ...operators.long_work import LongWork
 from ...operators.polls import can_add, is_idle
 from ...sensor_logic.logs.error import AngenError
@@ -106,7 +107,7 @@ class ANGEN_OT_places_check(LongWork, Operator):
         reachable.show(context.scene, result.places, result.lost)
         found = sentences(result, lengths_of(context.scene))
         checked = result.count, tuple(found)
-        self.report({"WARNING" if found else "INFO"}, result.count)
+        self.report({"WARNING" if found else "INFO"}, translated(result.count))
 
 
 register, unregister = bpy.utils.register_classes_factory(

@@ -9,6 +9,7 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty
 from bpy.types import Context, Menu, Operator
 
+from ...angen_addon.translations.interface import translated
 from ...operators.polls import can_add, needs
 from ..blender.settings import SORT_ITEMS, add_resident, add_walking_frame, is_resident, stand_up
 from ..body.skeleton import Sort
@@ -35,7 +36,7 @@ class ANGEN_OT_resident_add(Operator):
         with_frame = self.walking_frame and sort is not Sort.CAT
         yaw = cursor.matrix.to_euler().z
         rig = add_resident(context, sort, cursor.location, yaw, with_frame)
-        self.report({"INFO"}, f"Added '{rig.name}' at the 3D cursor")
+        self.report({"INFO"}, translated(f"Added '{rig.name}' at the 3D cursor"))
         return {"FINISHED"}
 
 
@@ -60,7 +61,7 @@ class ANGEN_OT_walking_frame_add(Operator):
     def execute(self, context: Context) -> set[str]:
         frame = add_walking_frame(context.object)
         stand_up(context.object)
-        self.report({"INFO"}, f"Added '{frame.name}'")
+        self.report({"INFO"}, translated(f"Added '{frame.name}'"))
         return {"FINISHED"}
 
 

@@ -27,9 +27,9 @@ from bpy_extras.io_utils import ExportHelper
 
 from ...angen_addon.relative_path import RELATIVE_PATH, ChosenFile
 from ...angen_addon.scene.sensors import Sensor, all_sensors
+from ...angen_addon.translations.interface import translated
 from ...angen_addon.view.active import active_sensor
 from ...operators.polls import cancelled, needs
-from ...parts import EXTRAS, install_command
 from ...sensor_logic.kind import Kind
 from ...sensor_logic.logs.error import AngenError
 from ...sensor_logic.logs.files import write_files
@@ -206,7 +206,7 @@ class ANGEN_OT_study_write(Operator, ChosenFile, ExportHelper):
             return cancelled(self, error)
         wanted.file = str(path)
         unsaved = "; the home has unsaved changes" if bpy.data.is_dirty else ""
-        self.report({"INFO"}, f"Written: {path}{unsaved}. Run it in a terminal")
+        self.report({"INFO"}, translated(f"Written: {path}{unsaved}. Run it in a terminal"))
         return {"FINISHED"}
 
 
@@ -225,19 +225,6 @@ class ANGEN_OT_study_command(Operator):
 
     def execute(self, context: Context) -> set[str]:
         context.window_manager.clipboard = command(context.window_manager.angen_study.file)
-        return {"FINISHED"}
-
-
-class ANGEN_OT_study_install(Operator):
-    bl_idname = "angen.study_install"
-    bl_label = "Copy Installation"
-    bl_description = (
-        "Copy the command that installs the Python package with its studies, for a terminal. "
-        "Blender's extension has no studies"
-    )
-
-    def execute(self, context: Context) -> set[str]:
-        context.window_manager.clipboard = install_command(EXTRAS["studies"])
         return {"FINISHED"}
 
 
@@ -266,7 +253,6 @@ _register, _unregister = bpy.utils.register_classes_factory(
         ANGEN_OT_study_leave,
         ANGEN_OT_study_write,
         ANGEN_OT_study_command,
-        ANGEN_OT_study_install,
         ANGEN_OT_study_report,
     )
 )

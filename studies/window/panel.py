@@ -8,7 +8,6 @@ from bpy.types import Context, Menu, Panel
 
 from ...angen_addon.appearance.panel_parts import ClosedSidebar, draw_lines
 from ...angen_addon.view.active import active_sensor
-from ...parts import installation
 from ...sensor_logic.logs.wording import plural
 from .. import study_file
 from .operators import command, vary_of
@@ -62,12 +61,7 @@ class ANGEN_PT_study(ClosedSidebar, Panel):
         line = layout.row(align=True)
         line.operator("angen.study_command", icon="COPYDOWN")
         line.operator("angen.study_report", icon="URL")
-        text = (
-            "Studies run in a terminal, with the Python package (Python 3.11 or 3.13), not in "
-            "Blender"
-        )
-        box = draw_lines(layout, f"{text}. To install it: {installation('studies')}", "INFO")
-        box.operator("angen.study_install", icon="COPYDOWN")
+        draw_lines(layout, "Studies run in a terminal, not in Blender", "INFO")
 
 
 register, unregister = bpy.utils.register_classes_factory((ANGEN_MT_study_vary, ANGEN_PT_study))

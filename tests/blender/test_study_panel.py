@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import bpy
 import pytest
-from panel_layout import drawn
 
 
 @pytest.fixture
@@ -97,9 +96,13 @@ def test_angles_are_degrees_in_the_panel_and_radians_in_the_file(home, wanted, a
     assert addon_part("studies.study").read(path)
 
 
-def test_the_panel_says_how_to_get_the_command(home, wanted, addon_part) -> None:
-    text = drawn("ANGEN_PT_study").text
-    assert 'pip install ".[study]" in the project\'s folder' in text
-    bpy.ops.angen.study_install()
-    if not bpy.app.background:
-        assert bpy.context.window_manager.clipboard == 'pip install ".[study]"'
+def test_the_panel_and_parquet_are_shown_only_where_their_packages_are(
+    addon_part, monkeypatch
+) -> None:
+    parts, formats = addon_part("parts"), addon_part("sensor_logic.logs.formats")
+    here = parts.find_spec
+    assert parts.runs_here("studies.window.panel")
+    monkeypatch.setattr(parts, "find_spec", lambda *a: None if a[0] == "jinja2" else here(*a))
+    assert not parts.runs_here("studies.window.panel") and parts.runs_here("panels.sidebar")
+    monkeypatch.setattr(formats, "find_spec", lambda name: None)
+    assert not formats.FORMATS["parquet"].is_installed and formats.FORMATS["casas"].is_installed

@@ -5,7 +5,10 @@ Blender as a Python module has one language, so that the language is set for the
 """
 
 import bpy
+import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.translations import interface
+from bl_ext.user_default.angen_sensors.sensor_logic.kinds import KINDS
+from panel_layout import Layout
 
 CONTEXT = interface.CONTEXT
 
@@ -34,3 +37,106 @@ def test_all_texts_have_the_context_of_the_extension():
         for prop in owner.bl_rna.properties:
             if prop.identifier.startswith("angen_") and prop.type != "POINTER":
                 assert prop.translation_context == CONTEXT, prop.identifier
+
+
+def panels():
+    return [c for c in ours() if issubclass(c, bpy.types.Panel)]
+
+
+@pytest.fixture
+def said(monkeypatch):
+    """Return the texts that were translated while panels were drawn, with their translations."""
+    found = {}
+
+    def translated(text, of=interface.translated):
+        found[text] = of(text)
+        return found[text]
+
+    monkeypatch.setattr(interface, "translated", translated)
+    return found
+
+
+class Context:
+    """The present context, with None for what it lacks, such as a material."""
+
+    def __getattr__(self, name):
+        return getattr(bpy.context, name, None)
+
+
+# Letters: of the names beside fields, in a third of the panel's width, and of a whole line.
+NAME, LINE = 16, 42
+
+
+def draw_all(kinds, world):
+    """Draw every panel that shows, with each kind of sensor and a resident active in turn."""
+    for kind in kinds:
+        bpy.ops.angen.sensor_add(kind=kind)
+        world.update()
+        for cls in panels():
+            if not hasattr(cls, "poll") or cls.poll(Context()):
+                _draw(cls)
+
+
+def _draw(cls):
+    bases = [base for base in reversed(cls.__mro__) if base.__module__.startswith("bl_ext")]
+    own = {n: v for base in bases for n, v in vars(base).items() if not n.startswith("__")}
+    panel = type("Shown", (), own)()
+    panel.layout = Layout()
+    for part in interface.DRAWING:
+        if hasattr(cls, part):
+            getattr(panel, part)(Context())
+    interface.translated(cls.bl_label)
+
+
+@pytest.mark.parametrize("language", ["de", "sv"])
+def test_every_panel_is_translated_and_fits(world, said, monkeypatch, language):
+    monkeypatch.setattr(interface, "language", lambda: language)
+    draw_all(KINDS, world)
+    assert len(said) > 150
+    assert {"Rate (Hz)", "No reading", "Residents' Places", "Only baked keyframes"} <= set(said)
+    known = interface._texts(language)
+    if language == "de":
+        missing = [
+            text
+            for text, shown in said.items()
+            if text == shown and _letters(text) and known.get(text.partition(" (")[0]) is None
+        ]
+        assert missing == []
+    for text, shown in said.items():
+        assert len(shown) <= 1.5 * max(len(text), LINE), shown
+    labels = [e for e in interface._entries(language) if e.what == "label"]
+    wide = [e for e in labels if len(e.translation) > 1.5 * max(len(e.text), NAME)]
+    assert wide == []
+
+
+def _letters(text):
+    return any(letter.isalpha() for letter in text)
+
+
+def test_texts_with_values_are_translated_and_others_stay(monkeypatch):
+    monkeypatch.setattr(interface, "language", lambda: "de")
+    for text, shown in [
+        ("Removed 3 markers", "3 Marken entfernt"),
+        ("Saved the preset 'Mine'", "Vorgabe 'Mine': Gespeichert"),
+        ("Threshold (N)", "Schwelle (N)"),
+        ("Reverse", "Umkehren"),
+        ("A text of a user, 12", "A text of a user, 12"),
+        ("", ""),
+    ]:
+        assert interface.translated(text) == shown
+    monkeypatch.setattr(interface, "language", lambda: "en")
+    assert interface.translated("Reverse") == "Reverse"
+
+
+def test_a_log_has_the_same_bytes_in_each_language(world, monkeypatch, tmp_path):
+    box = world.box((1, 1, 1), (0, 0, -3), "box")
+    world.key(box, "location", {1: (0, 0, -3), 24: (2, 0, -3)})
+    world.pir("PIR")
+    logs = set()
+    for language in ("en", "de", "sv"):
+        monkeypatch.setattr(interface, "language", lambda language=language: language)
+        assert bpy.ops.angen.simulate() == {"FINISHED"}
+        path = tmp_path / f"{language}.csv"
+        assert bpy.ops.angen.export_events(filepath=str(path)) == {"FINISHED"}
+        logs.add(path.read_bytes())
+    assert len(logs) == 1 and len(logs.pop().splitlines()) > 2

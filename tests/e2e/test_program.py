@@ -180,3 +180,19 @@ def test_every_number_on_the_screen_is_that_of_the_csv(run_blender: Run, tmp_pat
     done = run_blender(arguments)
     assert done.returncode == 1
     assert "Switch entrance" in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("mode", "told"),
+    [
+        ("--offline-mode", "Preferences ▸ System ▸ Allow Online Access"),
+        ("--online-mode", "no broker listens at 127.0.0.1:1"),
+    ],
+)
+def test_mqtt_works_from_the_zip_where_blender_allows_it(
+    run_blender: Callable[[list[str]], subprocess.CompletedProcess[str]], mode: str, told: str
+) -> None:
+    options = ["--frames", "1:3", "--sensor", "PIR hall", "--mqtt", "127.0.0.1:1"]
+    done = run_blender([mode, str(HOME), "--command", "angen", "simulate", *options])
+    assert done.returncode == 1 and told in done.stderr
+    assert not done.stdout

@@ -1,0 +1,44 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The dictionaries of the interface agree with the source, and German is complete."""
+
+import re
+import runpy
+from pathlib import Path
+
+import pytest
+from angen_sensors.angen_addon.translations.dictionary import HOLE, read
+
+ROOT = Path(__file__).resolve().parents[2]
+FILES = sorted((ROOT / "angen_addon" / "translations").glob("*.po"))
+
+
+@pytest.fixture(scope="module")
+def script():
+    return runpy.run_path(str(ROOT / "scripts" / "translations.py"))
+
+
+def test_there_are_german_and_swedish():
+    assert [path.stem for path in FILES] == ["de", "sv"]
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+def test_a_dictionary_has_the_texts_of_the_source(path, script):
+    assert path.read_text(encoding="utf-8") == script["renewed"](path), (
+        "run: python scripts/translations.py, and translate what is new"
+    )
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+def test_what_a_language_promises_is_translated(path):
+    entries = read(path)
+    promised = {"de": {"label", "tip", "tab", "message"}, "sv": {"label", "tab"}}[path.stem]
+    assert [e.text for e in entries if e.what in promised and not e.translation] == []
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+def test_a_translation_has_as_many_values_as_its_text(path):
+    for entry in read(path):
+        holes = re.findall(r"\{\d*\}", entry.translation)
+        if entry.translation:
+            assert len(holes) == entry.text.count(HOLE), entry
+            entry.translation.format(*holes)

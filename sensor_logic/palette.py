@@ -16,10 +16,10 @@ from numpy.typing import ArrayLike
 
 from .model import Array
 
-# The colour-blind-safe colours of Okabe and Ito, a brown, an indigo and a teal.
+# The colour-blind-safe colours of Okabe and Ito, a brown, an indigo, a teal, a wine red, an olive.
 BLUE, ORANGE, GREEN, PURPLE = "#0072b2", "#d55e00", "#009e73", "#cc79a7"
 YELLOW, SKY, BLACK, BROWN = "#e69f00", "#56b4e9", "#000000", "#7f4f24"
-INDIGO, TEAL = "#4b3f8f", "#11696f"
+INDIGO, TEAL, WINE, OLIVE = "#4b3f8f", "#11696f", "#8c1c4b", "#6b7a00"
 # Of each kind by its number, on white and on dark ground.
 KIND_COLOURS = (
     (BLUE, SKY),
@@ -30,6 +30,8 @@ KIND_COLOURS = (
     (BROWN, "#c89b6d"),
     (INDIGO, "#a99fe6"),
     (TEAL, "#58bfc4"),
+    (WINE, "#e0648f"),
+    (OLIVE, "#b7c44a"),
 )
 
 INFERNO = (

@@ -74,11 +74,11 @@ def _learnt(options: argparse.Namespace) -> dict[Path, str]:
     home = file.read(read_text(options.routine), str(options.routine)) if options.routine else None
     renamed = [one._replace(activity=labels.get(one.activity, one.activity)) for one in found]
     persons = _persons(renamed, options.person, home)
-    lived = {}
+    lived, learnt = {}, []
     for person, done in persons:
         with explained(str(options.activities), InputError):
             lived[person.name] = lived_days(done)
-    learnt = [learn(lived[person.name], person) for person, _ in persons]
+            learnt.append(learn(lived[person.name], person))
     text = _routine_text(options, _joined(learnt), lived, home, _words(found, labels))
     written = {} if options.out is None else {options.out: text}
     if options.diaries is not None:

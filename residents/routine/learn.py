@@ -439,13 +439,16 @@ class _Span:
 def learn(log: LivedDays, person: Person) -> Routine:
     """Return a routine with the habits of the days of a log, for one person.
 
-    Its activities have no steps of their own: `wait` stands in for them.
+    Its activities have no steps of their own: `wait` stands in for them. Raise `InputError` if no
+    activity begins in any of the days.
     """
     spans = [span for of in _kinds_of_day(log.outer) for span in _spans(log, person, of)]
     interruptions = tuple(_interruptions(log, person))
     names = {choice.activity for span in spans for choice in span.filler.choices}
     names |= {rule.activity for rule in interruptions}
     activities = {name: RoutineActivity(name, ("wait 5 s",)) for name in sorted(names)}
+    if not activities:
+        raise InputError("one activity goes on all the time, so there are no habits to learn")
     person = replace(person, begins=log.rest or min(activities))
     routine = Routine({person.name: person}, activities, (), (), interruptions, ())
     for number in range(ROUNDS):

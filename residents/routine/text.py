@@ -210,7 +210,13 @@ def _lasting(
 
 
 def duration(seconds: float) -> str:
-    """Return a duration as a routine has it: to the second below 10 minutes, else to the minute."""
+    """Return a duration as a routine has it: to the second below 10 minutes, else to the minute.
+
+    Those below half a second have two digits.
+    """
+    if 0 < seconds < 0.5:
+        # A duration of 0 s is refused in many places.
+        return f"{max(seconds, 0.01):.2g} s"
     if seconds < 600:
         minutes, rest = divmod(round(seconds), 60)
         parts = [(minutes, "min"), (rest, "s")]
@@ -240,7 +246,8 @@ def _key(name: str) -> str:
 
 
 def _text(text: str) -> str:
-    return json.dumps(text, ensure_ascii=False)
+    # TOML, unlike JSON, does not allow the character DEL.
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
 def _texts(texts: Collection[str]) -> str:

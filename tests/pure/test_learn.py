@@ -229,6 +229,20 @@ def test_without_a_whole_day_there_is_nothing_to_learn() -> None:
         lived_days([DoneActivity(MONDAY, MONDAY + timedelta(hours=3), "", "Sleep")])
 
 
+def test_one_activity_all_the_time_is_no_habit() -> None:
+    one = lived_days([DoneActivity(MONDAY, MONDAY + timedelta(days=5), "", "Sleep")])
+    with pytest.raises(InputError, match="one activity goes on all the time"):
+        learn(one, Person("anna", "anna", False, "Sleep", ""))
+
+
+def test_any_name_in_a_log_reads_back() -> None:
+    hours = [MONDAY + timedelta(hours=h) for h in range(0, 97, 4)]
+    names = ["a\x7fb", 'S\u00f6"\\', "#\x01 = [1]"] * 8
+    done = [DoneActivity(a, b, "", n) for a, b, n in zip(hours[:-1], hours[1:], names, strict=True)]
+    routine = learn(lived_days(done), Person("anna", "anna", False, "x", ""))
+    assert set(file.read(routine_text(routine, [], {}), "again.toml").activities) == set(names)
+
+
 def test_the_text_of_a_routine_reads_back_as_the_same_text() -> None:
     said = {"Wash": "Often.\nAnd more."}
     text = routine_text(learnt(), ["About."], said)
@@ -243,7 +257,7 @@ def test_the_text_of_a_routine_reads_back_as_the_same_text() -> None:
 @pytest.mark.parametrize(
     ("seconds", "text"),
     [(5, "5 s"), (60, "1 min"), (119.6, "2 min"), (125, "2 min 5 s"), (3600, "1 h"), (0, "0 s"),
-     (599.7, "10 min"), (5400, "1 h 30 min")],
+     (599.7, "10 min"), (5400, "1 h 30 min"), (0.3, "0.3 s")],
 )  # fmt: skip
 def test_durations_as_text(seconds: float, text: str) -> None:
     assert duration(seconds) == text

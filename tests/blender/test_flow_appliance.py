@@ -350,7 +350,7 @@ def test_a_day_flushes_after_the_toilet_and_names_who_used_it(world, tmp_path, c
     given = ["day", "--routine", tmp_path / "week.toml", "--start", "2026-03-02", "--quiet"]
     assert run_command([str(text) for text in [*given, "--out", tmp_path / "days"]]) == 0
     assert capsys.readouterr().err == ""
-    with open(tmp_path / "days" / "events.csv", newline="") as file:
+    with open(tmp_path / "days" / "events.csv", newline="", encoding="utf-8") as file:
         found = {}
         for row in list(csv.DictReader(file)):
             second = np.datetime64(row["time"], "s") - np.datetime64("2026-03-02T08:00:00")

@@ -11,7 +11,7 @@ from __future__ import annotations
 import re
 import sys
 from collections.abc import Callable, Iterator
-from functools import cache, partial, wraps
+from functools import cache, lru_cache, partial, wraps
 from pathlib import Path
 from typing import Any
 
@@ -34,18 +34,20 @@ def language() -> str:
     return str(bpy.app.translations.locale or "en")[:2]
 
 
+# Reading a dictionary costs some 10 ms, and panels are drawn many times a second.
 @cache
 def _entries(code: str) -> tuple[Entry, ...]:
     path = FOLDER / f"{code}.po"
     return tuple(e for e in read(path) if e.translation) if path.exists() else ()
 
 
-# Reading a dictionary takes 10 ms, and panels are drawn many times a second.
+# Without it each text costs a tenth of a millisecond.
 @cache
 def _texts(code: str) -> dict[str, str]:
     return {entry.text: entry.translation for entry in _entries(code)}
 
 
+# Without it each text with values costs some 10 ms.
 @cache
 def _templates(code: str) -> list[tuple[re.Pattern[str], str]]:
     """Return the texts with holes as patterns, those with the most letters first."""
@@ -70,7 +72,8 @@ def translated(text: str) -> str:
     return known.get(text) or _composed(text, code) or text
 
 
-@cache
+# Without it each text with values costs 0.1 ms at each drawing. Most are drawn again and again.
+@lru_cache(4096)
 def _composed(text: str, code: str) -> str:
     """Return the translation of a text that is made of a known one and of values; or ""."""
     known = _texts(code)

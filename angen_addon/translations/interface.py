@@ -160,7 +160,7 @@ def _prepare(cls: Any) -> None:
             setattr(cls, name, _translating(getattr(cls, name)))
 
 
-def _below(base: type) -> Iterator[Any]:
+def _below(base: Any) -> Iterator[Any]:
     for cls in base.__subclasses__():
         if cls.__module__.startswith(f"{PACKAGE}."):
             yield cls

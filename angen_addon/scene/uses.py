@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import Any
 
 import bpy
@@ -40,10 +41,16 @@ def check_watched(sensor: Sensor, depsgraph: Any) -> None:
     """
     watched = watched_object(sensor)
     if watched is not None and may_change(sensor) and not is_placed(watched, depsgraph):
+        if watched not in depsgraph.view_layer.objects.values():
+            raise NotPlaced(
+                f"'{watched.name}' is in no collection of this view layer, so Blender plays no "
+                "keys of its use",
+                "tick its collection in the Outliner, or choose another object",
+            )
         raise NotPlaced(
             f"'{watched.name}' is disabled in viewports, so Blender does not play the keys of its "
             "use",
-            "enable it there (monitor icon), or tick its collection",
+            "enable it there (monitor icon)",
         )
 
 
@@ -61,10 +68,15 @@ def keyed_uses(sensor: Sensor, first: int, last: int) -> list[tuple[int, ObjectU
     if len(found) != 1 or found[0].mute or strips or len(watched.animation_data.drivers):
         return []
     stretch = time_stretch(bpy.context.scene)
-    keys = (math.ceil(point.co[0] / stretch) for point in found[0].keyframe_points)
-    frames = sorted({first, *(frame for frame in keys if first < frame <= last)})
+    frames: Iterable[int] = range(first, last + 1)
+    if not found[0].modifiers:
+        # Between two keys, use changes only right after the first or at the second.
+        keys = (point.co[0] / stretch for point in found[0].keyframe_points)
+        near = {one for key in keys for one in (math.ceil(key), math.floor(key) + 1)}
+        frames = sorted({first, *(frame for frame in near if first < frame <= last)})
     values = ((frame, found[0].evaluate(frame * stretch)) for frame in frames)
-    return [(frame, ObjectUse(watched.name, value >= 0.5)) for frame, value in values]
+    # Blender takes values below 1 as off.
+    return [(frame, ObjectUse(watched.name, value > 1.0 - 1e-6)) for frame, value in values]
 
 
 def is_in_use(sensor: Sensor, depsgraph: Any) -> bool:

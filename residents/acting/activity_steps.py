@@ -8,7 +8,7 @@ import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from ...sensor_logic.logs.error import InputError
+from ...sensor_logic.logs.error import InputError, explained
 from ...sensor_logic.logs.toml_table import suggestion
 from ..routine.file import VARIES
 from ..routine.routine import AWAY, Routine, RoutineActivity, Spread, StepGroup, UsualUse, seconds
@@ -111,12 +111,15 @@ def parse_step(
     kind, may_last = _WORDS[word]
     rest, lasts = text[len(word) :].strip(), None
     if may_last and (found := _DURATION.search(" " + rest)):
-        rest, lasts = rest[: max(found.start() - 1, 0)].strip(), seconds(found.group(1))
+        rest = rest[: max(found.start() - 1, 0)].strip()
+        with explained(f"{where}: {text}", ValueError):
+            lasts = seconds(found.group(1))
     if word == "wait" and lasts is None:
         raise InputError(f'{where}: wait: give a duration, as in "wait 20 s"')
     at, on = "", False
     if word == "open":
-        rest, lasts = _open_for(rest)
+        with explained(f"{where}: {text}", ValueError):
+            rest, lasts = _open_for(rest)
     if word == "put":
         rest, _, at = rest.partition(" at ")
     if word == "switch":
@@ -130,6 +133,9 @@ def parse_step(
     expected = [(rest, kind)] if kind else []
     for name, one in [*expected, (at, _PLACE)] if word == "put" else expected:
         known = _marked_names(one, places)
+        if not name:
+            way = ', as in "put Cup at Table"' if word == "put" else ""
+            raise step.error(f"the name of a {one} is missing{way}; {suggestion(name, known)}")
         if name not in known:
             raise step.error(f"no {one} is marked {name!r}; {suggestion(name, known)}")
         if one == _THING:
@@ -140,7 +146,8 @@ def parse_step(
 def _open_for(rest: str) -> tuple[str, float | None]:
     """Return the name of a leaf that is opened, and for how long, s.
 
-    The duration is None for a leaf that stays open, and 0 for one that is opened for a while.
+    The duration is None for a leaf that stays open, and 0 for one that is opened for a while. Raise
+    `ValueError` if its parts are in the wrong order, as in "20 s 1 min".
     """
     name, _, long = rest.rpartition(" for ")
     if name and long == "a while":

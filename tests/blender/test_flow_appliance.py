@@ -95,6 +95,35 @@ def test_live_reads_what_a_run_reads(world):
         assert made.angen_sensor.active == on[frame], frame
 
 
+@pytest.mark.parametrize("how", ["repeated", "stepped", "ramps"])
+def test_a_jump_knows_a_use_that_changes_between_its_keys(world, how, fcurves):
+    tap = world.link("Tap", None)
+    keyed(world, tap, 9, 21)
+    (curve,) = fcurves(tap)
+    if how == "repeated":
+        curve.modifiers.new("CYCLES")
+    elif how == "stepped":
+        curve.modifiers.new("STEPPED").frame_step = 5
+    else:
+        # A curve that a script makes: use ends right after the key at which it has begun.
+        action = tap.animation_data.action
+        held = getattr(action, "fcurves", None)
+        if held is None:
+            held = action.layers[0].strips[0].channelbags[0].fcurves
+        held.remove(curve)
+        curve = held.new(PATH)
+        for frame, value in ((1, 0), (20, 1), (60, 0)):
+            curve.keyframe_points.insert(frame, value).interpolation = "LINEAR"
+    made = flow(world, watched=tap, flows="AFTER_USE", refill_volume=0.1)
+    world.scene.frame_end = 60
+    recording = world.run()
+    on = dict(zip(recording.tracks["flow"].frames, recording.tracks["flow"].active, strict=True))
+    assert any(on.values()) and not all(on.values())
+    for frame in range(60, 0, -7):
+        world.scene.frame_set(frame)
+        assert made.angen_sensor.active == on[frame], frame
+
+
 def test_substeps_resolve_a_use_within_a_frame(world):
     tap = world.link("Tap", None)
     world.key(tap, PATH, {1: False, 10.25: True, 10.75: False}, "CONSTANT")
@@ -205,6 +234,21 @@ def test_a_hidden_object_that_is_watched_is_named(world, addon_part):
     ((text, *_),) = addon_part("angen_addon.doctor.sensors").watches_nothing(context(examined))
     assert "'flow': 'Tap' is disabled in viewports" in text
     with pytest.raises(addon_part("sensor_logic.logs.error").AngenError, match="'Tap' is disabled"):
+        world.run(1, 20)
+
+
+def test_a_watched_object_that_was_deleted_in_the_window_is_named_so(world, addon_part):
+    """Its sensor keeps it in the file, without a collection."""
+    tap = world.box((0.1, 0.1, 0.1), name="Tap")
+    keyed(world, tap, 5, 9)
+    flow(world, watched=tap)
+    for collection in tap.users_collection:
+        collection.objects.unlink(tap)
+    bpy.context.view_layer.update()
+    examined = addon_part("angen_addon.doctor.examined").Examined
+    ((text, *_),) = addon_part("angen_addon.doctor.sensors").watches_nothing(context(examined))
+    assert "'flow': 'Tap' is in no collection of this view layer" in text
+    with pytest.raises(addon_part("sensor_logic.logs.error").AngenError, match="no collection"):
         world.run(1, 20)
 
 

@@ -78,6 +78,8 @@ class AngenMqtt(PropertyGroup):
 def address_of(settings: Any) -> tuple[address.Address, str]:
     """Return the broker's address and the topic of the settings; raise AngenError if wrong."""
     authority = Path(bpy.path.abspath(settings.authority)) if settings.authority else None
+    if "@" in settings.broker:
+        raise AngenError("the broker contains a user name: give it as User, and its Password")
     try:
         host = address.host_and_port(settings.broker.strip())
         topic = address.topic(settings.topic.strip() or TOPIC)

@@ -196,8 +196,9 @@ def looks_into_something(home: Examined) -> Iterator[Found]:
 def faces_a_wall(home: Examined) -> Iterator[Found]:
     """Yield a finding for each sensor that has only a wall, or another still object, before it."""
     for sensor in home.sensors:
-        # A pad lies on something. A switch, or a contact, is for what is near.
-        is_near = sensor.kind.requires(FORCES) or any(
+        # A pad lies on something, and a plug looks at nothing. A switch, or a contact, is for what
+        # is near.
+        is_near = any(map(sensor.kind.requires, (FORCES, USES))) or any(
             field.quantity == "opening" for field in sensor.kind.events
         )
         reach = getattr(sensor.parameters, "range_max", np.inf)

@@ -328,9 +328,7 @@ class Live:
         try:
             update = single_update(runner, number, step, self._probes)
         except AngenError as error:
-            self.problems[name] = str(error)
-            self.readings.pop(name, None)
-            self._last_update.pop(uid)
+            self._show_problem(runner, error)
             return False
         if update is None:
             self.problems.pop(name, None)
@@ -456,7 +454,11 @@ class Live:
         sensor, sensed = update.runner.sensor, self._clock.frame_and_subframe(update.steps[0])[0]
         if sensor.kind.requires_forces:
             update.give_forces({sensed: self._probes.forces(sensor.uid, sensed)})
-        reading = update.reading()
+        try:
+            reading = update.reading()
+        except AngenError as error:
+            self._show_problem(update.runner, error)
+            return False
         frame = sensed if frame is None else frame
         self.readings[sensor.name] = Published(reading, frame)
         problem = reading.fields.get("problem", "")
@@ -465,6 +467,12 @@ class Live:
         else:
             self.problems.pop(sensor.name, None)
         return self._publishes and outputs.show(sensor, reading.active, reading.value)
+
+    def _show_problem(self, runner: SensorRunner, error: AngenError) -> None:
+        """Show an error in place of the reading of a sensor, which then senses anew."""
+        self.problems[runner.sensor.name] = str(error)
+        self.readings.pop(runner.sensor.name, None)
+        self._last_update.pop(runner.uid, None)
 
 
 def as_exact(request: LightRequest, reference: int) -> LightRequest:

@@ -252,6 +252,33 @@ def test_a_watched_object_that_was_deleted_in_the_window_is_named_so(world, addo
         world.run(1, 20)
 
 
+def test_live_readings_of_others_go_on_where_a_watched_object_is_hidden(world):
+    tap, stove = world.box((0.1, 0.1, 0.1), name="Tap"), world.link("Stove", None)
+    keyed(world, tap, 5, 9)
+    keyed(world, stove, 5, 9)
+    made, plug = flow(world, watched=tap), world.sensor("APPLIANCE", "plug", watched=stove)
+    plug.angen_sensor.update_rate = 24.0
+    tap.hide_viewport = True
+    world.scene.frame_set(6)
+    assert plug.angen_sensor.active
+    problems = part("angen_addon.runtime.live").live_of(world.scene).problems
+    assert "'Tap' is disabled in viewports" in problems["flow"] and list(problems) == ["flow"]
+    tap.hide_viewport = False
+    world.scene.frame_set(7)
+    assert made.angen_sensor.active
+
+
+def test_nothing_is_said_of_where_plugs_and_water_meters_look(world, addon_part):
+    """They are beside a wall or pipe, and see nothing."""
+    wall = world.box((2.0, 2.0, 0.2), (0, 0, -0.15), "wall")
+    flow(world, watched=wall)
+    world.sensor("APPLIANCE", "plug", watched=wall)
+    world.pir()
+    examined = addon_part("angen_addon.doctor.examined").Examined
+    found = addon_part("angen_addon.doctor.sensors").faces_a_wall(context(examined))
+    assert [names[0] for _, _, names, *_ in found] == ["pir"]
+
+
 @pytest.mark.parametrize(
     ("page", "target", "values"),
     [

@@ -122,7 +122,7 @@ def test_why_it_ended_stays_in_the_panel(broker):
 @pytest.mark.parametrize(
     ("name", "value", "words"),
     [
-        ("broker", "anna@home", "contains a user name"),
+        ("broker", "anna@home", "contains a user name: give it as User"),
         ("broker", "home:port", "'home:port' is not HOST or HOST:PORT"),
         ("topic", "flat/#", "'flat/#' is not a topic"),
     ],

@@ -402,7 +402,8 @@ class SensorRunner:
     def recall(self, step: int) -> None:
         """Let the model know the uses of what it watches before `step`, as keys tell them.
 
-        Call this method after a jump of the playhead. It does nothing for other kinds of sensors.
+        Call this method after a jump of the playhead, or where a run begins. It does nothing for
+        other kinds of sensors.
         """
         if not self.sensor.kind.requires(USES):
             return

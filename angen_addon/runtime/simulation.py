@@ -136,6 +136,8 @@ def simulate(
     clock = clock or clock_of(scene)
     first, last = clock.first_step(frame_start), clock.first_step(frame_end + 1) - 1
     runners = [SensorRunner(sensor, clock) for sensor in simulated_sensors]
+    for runner in runners:
+        runner.recall(first)
     recording.frame_start, recording.frame_end = frame_start, frame_start - 1
     for sensor in sensors:
         kind, steps = sensor.kind.identifier, report_steps(sensor)

@@ -95,6 +95,18 @@ def test_live_reads_what_a_run_reads(world):
         assert made.angen_sensor.active == on[frame], frame
 
 
+def test_a_run_of_later_frames_knows_what_was_used_before(world):
+    tap = world.link("Tap", None)
+    keyed(world, tap, 8, 20)
+    flow(world, watched=tap, flows="AFTER_USE", refill_volume=0.2)
+    world.sensor("APPLIANCE", "tv", update_rate=24.0, watched=tap, load="TELEVISION")
+    whole = world.run(1, 80)
+    assert rows(world, whole, "flow", "flowing") == [(1.0, "0"), (20.0, "1"), (68.0, "0")]
+    part = world.run(30, 80)
+    assert rows(world, part, "flow", "flowing") == [(30.0, "1"), (68.0, "0")]
+    assert rows(world, part, "tv", "on") == [(30.0, "1")]
+
+
 @pytest.mark.parametrize("how", ["repeated", "stepped", "ramps"])
 def test_a_jump_knows_a_use_that_changes_between_its_keys(world, how, fcurves):
     tap = world.link("Tap", None)

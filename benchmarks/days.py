@@ -13,12 +13,14 @@ from datetime import date, datetime, timedelta
 from datetime import time as time_of_day
 from typing import Any
 
+import bpy
 import numpy as np
 from angen_sensors.angen_addon.runtime import stillness
+from angen_sensors.angen_addon.runtime.probes import Probes
 from angen_sensors.residents.blender import run as living
 from angen_sensors.residents.blender.run import HouseholdDays, Plan
 
-from .common import SAMPLES, apart, memory_mib, open_home, progress, sensors_of
+from .common import SAMPLES, apart, box_mesh, link, memory_mib, open_home, progress, sensors_of
 
 PIR, SWITCH, PAD, LIGHT = "PIR", "OPTICAL_SWITCH", "PRESSURE", "LIGHT"
 # Homes, each with its routine.
@@ -31,6 +33,14 @@ CASES = (
 )
 # Start and length (s) of the morning that --quick runs: the residents get up and have breakfast.
 MORNING = 25_000.0, 900.0
+# Pads that are added to the home's own: name, place and size, in m.
+PADS = (
+    ("Pad bed", (2.4, 1.05, 0.53), (1.0, 1.0, 0.01)),
+    ("Pad toilet", (5.5, 0.68, 0.475), (0.36, 0.4, 0.01)),
+    ("Pad kitchen", (0.43, 3.607, 0.528), (0.38, 0.38, 0.01)),
+    ("Pad desk", (1.08, 7.25, 0.52), (0.38, 0.38, 0.01)),
+    ("Pad dining", (7.25, 4.803, 0.528), (0.38, 0.38, 0.01)),
+)
 # Number and length (s) of the stretches in each home that run at every frame; with --quick.
 CHECKED, QUICK_CHECKED = (3, 300.0), (1, 150.0)
 
@@ -68,6 +78,46 @@ def case(name: str, kinds: tuple[str, ...], days: int, morning: bool) -> dict[st
         "day_s": took, "events": events,
         "moving": [float((span[:, 1] - span[:, 0]).sum()) / lasts for span in spans],
         "steps": steps, "evaluated": evaluated, "most_mib": memory_mib(most=True),
+    }  # fmt: skip
+
+
+def pads() -> dict[str, Any]:
+    """Return the costs of a morning without pads, with pads, and with pads without bounds.
+
+    They are seconds of processor time. Without bounds, the forces on all pads are computed
+    whenever anything moves.
+    """
+    home, week = HOMES[0]
+    scene = open_home(SAMPLES / home)
+    for name, place, size in PADS:
+        half = np.array(size) / 2.0
+        part = link(name, box_mesh([(half, (0.0, 0.0, half[2]))]), place)
+        part.angen_sensor.kind = PAD
+    bpy.context.view_layer.update()
+    parts = scene, sensors_of(PIR, SWITCH, PAD), Plan.read(SAMPLES / week), START, SEED
+    household = HouseholdDays(*parts)
+    between = (MORNING[0], sum(MORNING))
+    # The first run also loads what later ones find.
+    _stretch(household, 0, (between[0], between[0] + 100.0))
+    # Of the process, which other work on the machine changes less.
+    begin, times = time.process_time(), []
+    with_pads = _stretch(household, 0, between)[0]
+    times.append(time.process_time())
+    states_near, Probes.states_near = Probes.states_near, lambda *_: None
+    try:
+        plain = _stretch(household, 0, between)[0]
+    finally:
+        Probes.states_near = states_near
+    times.append(time.process_time())
+    household.sensors = [s for s in household.sensors if s.kind.identifier != PAD]
+    _stretch(household, 0, between)
+    times.append(time.process_time())
+    with_s, plain_s, without_s = np.diff([begin, *times]).tolist()
+    count = len(with_pads) - len(household.sensors)
+    same = sum(with_pads[name] == plain[name] for name in plain)
+    return {
+        "pads": count, "seconds": MORNING[1], "sensors": len(with_pads), "same": same,
+        "without_s": without_s, "with_s": with_s, "plain_s": plain_s,
     }  # fmt: skip
 
 

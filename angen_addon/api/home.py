@@ -182,7 +182,10 @@ class Home:
         look: Sequence[float] | None = None,
         preset: str = "",
     ) -> HomeSensor:
-        """Add a sensor. Its room is filled in if the home tells it, and can be set after.
+        """Add a sensor, and return it.
+
+        Its room is the room of the home at its position, or empty if there is none there. The room
+        can be changed later.
 
         Parameters
         ----------

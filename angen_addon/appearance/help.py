@@ -72,7 +72,11 @@ def draw_help(layout: Any, page: str) -> None:
 
 
 def manual_map() -> tuple[str, list[tuple[str, str]]]:
-    """Return the site, and pairs of a pattern of names in Blender's Python and the page."""
+    """Return the address of the documentation, and the page of each of the extension's names.
+
+    The pages are pairs of a pattern, such as `bpy.ops.angen.add*`, and a page relative to the
+    address, as `bpy.utils.register_manual_map` takes them.
+    """
     rows = [(f"bpy.ops.angen.{name}", page) for name, page in OPERATOR_PAGES]
     rows += [(f"bpy.types.{name.lower()}", page) for name, page in _properties()]
     return site(), [(pattern, f"{page}.html") for pattern, page in rows]

@@ -49,7 +49,7 @@ def _values(obj: Any) -> dict[str, Any]:
 
 
 def _properties(obj: Any) -> dict[str, Any]:
-    """Return the properties of a mark by name, as Blender describes them."""
+    """Return the RNA properties (`bpy.types.Property`) of an object's mark, by identifier."""
     known = obj.angen_place.bl_rna.properties
     stored = [p for p in known if not p.identifier.endswith(SUFFIX)]
     return {p.identifier: p for p in stored if p.identifier not in ("rna_type", "name")}

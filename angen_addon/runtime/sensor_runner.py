@@ -104,9 +104,10 @@ def answer_echoes(
     integration_time: float,
     indices: Index | None = None,
 ) -> Answers:
-    """Return the `Echoes` of rays, with speeds over the integration time in s before each update.
+    """Return the `Echoes` that a radar gets along its rays.
 
-    `frequency` is in GHz. The other parameters are as for `answer_ranges`.
+    The speeds in the echoes are those during the `integration_time` (s) before each update. The
+    radar's `frequency` is in GHz. The other parameters are as for `answer_ranges`.
     """
     clock, steps = query.clock, np.array(query.steps, np.intp)
     known = np.array([one.step for one in query.past], np.intp)

@@ -281,9 +281,10 @@ def forget_types() -> None:
 
 
 def _reading_plan_of(struct: Any, present: bool = False) -> tuple[tuple[str, str], ...]:
-    """Return `_reading_plan` for the type of an RNA struct, with the same `present`.
+    """Return the properties to read of an RNA struct: pairs of a name and how to read it.
 
-    The plan is not cached for the inputs of a nodes modifier (Blender 5.2), since their properties
+    The pairs and `present` are as for `_reading_plan`, which caches its result for each type. The
+    plan of the inputs of a nodes modifier (Blender 5.2) is not cached, since their properties
     change with its node group.
     """
     made_of: Any = type(struct)

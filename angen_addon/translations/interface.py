@@ -41,13 +41,13 @@ def _entries(code: str) -> tuple[Entry, ...]:
     return tuple(e for e in read(path) if e.translation) if path.exists() else ()
 
 
-# Without it each text costs a tenth of a millisecond.
+# Without it each text costs 0.1 ms more.
 @cache
 def _texts(code: str) -> dict[str, str]:
     return {entry.text: entry.translation for entry in _entries(code)}
 
 
-# Without it each text with values costs some 10 ms.
+# Without it each text with values costs 1 ms more, or 10 ms if `re` has forgotten the patterns.
 @cache
 def _templates(code: str) -> list[tuple[re.Pattern[str], str]]:
     """Return the texts with holes as patterns, those with the most letters first."""
@@ -72,7 +72,7 @@ def translated(text: str) -> str:
     return known.get(text) or _composed(text, code) or text
 
 
-# Without it each text with values costs 0.1 ms at each drawing. Most are drawn again and again.
+# Without it each text with values costs some 20 µs more at each drawing, of a hundred in a panel.
 @lru_cache(4096)
 def _composed(text: str, code: str) -> str:
     """Return the translation of a text that is made of a known one and of values; or ""."""
@@ -160,7 +160,7 @@ def _prepare(cls: Any) -> None:
             setattr(cls, name, _translating(getattr(cls, name)))
 
 
-def _below(base: type) -> Iterator[Any]:
+def _below(base: Any) -> Iterator[Any]:
     for cls in base.__subclasses__():
         if cls.__module__.startswith(f"{PACKAGE}."):
             yield cls

@@ -7,7 +7,7 @@ moves. In between, and outside the part, its values are constant.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from contextlib import suppress
 from math import ceil, floor, pi
 from typing import Any
@@ -161,12 +161,19 @@ class KeyedStretch:
         The number of frames in a second.
     begins
         The time of frame 1, in s of the day.
+    uses
+        The names of the objects whose use has keyframes; None for all objects.
     """
 
     def __init__(
-        self, residents: Mapping[str, Any], places: Places, fps: int = FPS, begins: float = 0.0
+        self,
+        residents: Mapping[str, Any],
+        places: Places,
+        fps: int = FPS,
+        begins: float = 0.0,
+        uses: Collection[str] | None = None,
     ) -> None:
-        self._residents, self._places = dict(residents), places
+        self._residents, self._places, self._uses = dict(residents), places, uses
         self._fps, self._begins = fps, begins
         self._replaced: dict[Any, ReplacedAnimation] = {}
         self._rest = {
@@ -215,7 +222,8 @@ class KeyedStretch:
         for name, changes in lamps.items():
             self._show_lamp(name, changes, frames)
         for name, spans in acted.times_in_use().items():
-            self._show_use(name, spans, frames)
+            if self._uses is None or name in self._uses:
+                self._show_use(name, spans, frames)
         for name, holds in acted.holds.items():
             self._show_carried(name, holds, acted.sips.get(name, ()), frames, shown)
 

@@ -103,7 +103,11 @@ def guessed_rooms(home: Examined) -> Iterable[Found]:
 
 
 def examined_lamps(home: Examined) -> Iterable[Found]:
-    """Yield a finding for each marked lamp that residents cannot switch, or not alone."""
+    """Yield a finding for each problem of marked lamps.
+
+    A lamp that residents cannot switch has a problem, and so does one that they can only switch
+    together with an instance of it.
+    """
     lamps = [lamp_of(o) for o in marked(home.view_layer) if o.angen_place.use == LAMP]
     return unswitchable(lamps, home.depsgraph)
 

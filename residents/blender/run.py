@@ -22,7 +22,10 @@ from ...angen_addon.runtime.simulation import Exchange, Progress, simulate
 from ...angen_addon.runtime.time_base import evaluated_depsgraph
 from ...angen_addon.scene.animation import all_animated
 from ...angen_addon.scene.sensors import Sensor, decimal, is_placed
+from ...angen_addon.scene.surfaces.warmth import heat_of
+from ...angen_addon.scene.uses import watched_object
 from ...sensor_logic.clock import exact
+from ...sensor_logic.kind import USES
 from ...sensor_logic.logs.error import InputError, explained
 from ...sensor_logic.logs.files import read_text
 from ...sensor_logic.logs.log import Event
@@ -52,7 +55,7 @@ from ..routine.routine import DAY, Person, Routine, Segment
 from ..routine.timetable import Draws, timetable
 from .causes import Causes
 from .daylight import Daylight
-from .keys import KeyedStretch
+from .keys import IN_USE, KeyedStretch
 from .lamps import unswitchable
 from .places import read_marks_in_steps
 from .settings import build_of, residents_in
@@ -460,7 +463,7 @@ class HouseholdDays:
         objects.
         """
         self.scene.frame_set(self.scene.frame_start)
-        keys = KeyedStretch(self.residents, self.places)
+        keys = KeyedStretch(self.residents, self.places, uses=_uses_read(self.sensors))
         with without_animation(self.scene):
             try:
                 yield keys
@@ -481,6 +484,20 @@ class HouseholdDays:
         storeys = self.places.storeys
         # The storey is found by height: the hips of a person who lies are lower than a metre.
         return storeys[self.places.storey_at(float(point[2]))].room_at(point) if storeys else ""
+
+
+def _uses_read(sensors: Iterable[Sensor]) -> set[str]:
+    """Return the names of the objects whose use a sensor or driver reads, or which it warms.
+
+    The others need no keyframes: Blender evaluates each animated object at each frame.
+    """
+    found = {obj.name for obj in bpy.data.objects if heat_of(obj) is not None}
+    found |= {w.name for s in sensors if s.kind.requires(USES) and (w := watched_object(s))}
+    for owner in all_animated():
+        variables = (v for curve in owner.animation_data.drivers for v in curve.driver.variables)
+        targets = (target for variable in variables for target in variable.targets)
+        found |= {one.id.name for one in targets if one.id and one.data_path.startswith(IN_USE)}
+    return found
 
 
 def _check_placed(resident: Any) -> None:

@@ -336,9 +336,9 @@ def reaching(
     weight : array, shape (n,)
         0 for the pose without a change, 1 for reaching the point.
     slide : float
-        How far the hips move forward with the largest lean, m: 0.12 for a sitting person.
+        How far the hips move forward at a full lean, m: 0.12 for a sitting person. Negative: back.
     most : float
-        Limit to how far the trunk leans, 0 … 1.
+        The largest lean of the trunk that is allowed, from 0 (none) to 1 (a full lean).
     """
     scale, weight = pose.build.scale, np.broadcast_to(weight, len(pose))
     point = np.broadcast_to(point, (len(pose), 3))

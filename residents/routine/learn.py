@@ -275,7 +275,10 @@ class _Habits:
 
     @classmethod
     def of(cls, days: Days) -> _Habits:
-        """Return the habits of some days; a case whose activity before is unknown is left out."""
+        """Return the habits that `days` show.
+
+        An activity whose previous activity is unknown counts only for the number of times a day.
+        """
         rows = [one for begun in days.values() for one in begun if one.before]
         names = sorted({one.activity for begun in days.values() for one in begun})
         return cls(

@@ -46,8 +46,9 @@ class Track:
     columns
         The values of each field by name; NaN for values that were not measured.
     evidence
-        The values of each field of the kind's `evidence` by name, and in PARAMETERS the index in
-        `parameters`. No rows in a recording of an earlier version, which had none.
+        For each update, the values of the kind's `evidence` fields by name. The column PARAMETERS
+        has the index of the update's parameters in `parameters`. Empty if the recording was made by
+        a version that stored no evidence.
     parameters
         The different parameters that the sensor has had, each with its index.
     """

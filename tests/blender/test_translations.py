@@ -117,7 +117,7 @@ def test_texts_with_values_are_translated_and_others_stay(monkeypatch):
     monkeypatch.setattr(interface, "language", lambda: "de")
     for text, shown in [
         ("Removed 3 markers", "3 Marken entfernt"),
-        ("Saved the preset 'Mine'", "Vorgabe 'Mine': Gespeichert"),
+        ("Saved the preset 'Mine'", "Voreinstellung 'Mine': Gespeichert"),
         ("Threshold (N)", "Schwelle (N)"),
         ("Reverse", "Umkehren"),
         ("A text of a user, 12", "A text of a user, 12"),

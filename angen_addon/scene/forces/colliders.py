@@ -97,8 +97,9 @@ class Collider:
         pose
             Pose (4, 4) without scale.
         lo, hi
-            A box (3,), (3,) in the world, in m. Triangles outside it are left out. If its middle is
-            inside the shell, triangles of the shell replace the convex shapes.
+            The corners (3,), (3,) of a box in the world, in m. Triangles outside the box are left
+            out. If the middle of the box is inside the hollow body (`shell`), the triangles of
+            `shell` replace the convex shapes and `triangles`.
         """
         inside = self.is_in_shell((lo + hi) / 2.0, pose)
         found = [] if inside else [shape.placed(pose) for shape in self.convex]

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Find the frames at which nothing moves that a pad can feel: its forces are the same there.
 
-With six pads in the sample home, a stretch of its morning takes 1.4 times as long without this.
+In a morning of 15 minutes with six pads in the sample home, forces on a pad are computed 303 times
+instead of 1116 times (`python -m benchmarks --apart days.pads "[]"` measures the time).
 """
 
 from __future__ import annotations

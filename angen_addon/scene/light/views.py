@@ -269,10 +269,11 @@ def lids(request: Any, walls: StillWalls) -> tuple[int, ...]:
 
 
 def collide(scene: Any, walls: StillWalls, one: Seen, other: Seen) -> bool:
-    """Return whether a view of one request may hit the lid of a view of the other.
+    """Return whether the lids of either of two requests may disturb the views of the other.
 
-    The lid lets such a view pass, but Cycles then draws other random numbers for the light path. A
-    still wall before the lid prevents that.
+    A *lid* is a square at the far clip plane of a view. Rays of other views pass through it, but
+    Cycles then draws different random numbers for them, so that a reading would depend on the other
+    sensor. A still wall in front of the lid prevents this.
     """
     return _may_hit_lid(one, other, walls) or _may_hit_lid(other, one, walls)
 

@@ -139,17 +139,19 @@ class CastBundle:
     own
         Numbers of the sensor's own solids, which its rays pass through.
     still
-        The hits on solids that have never moved.
+        The nearest hits (n,) of the n rays on solids that have never moved or changed shape.
     box
         The bounds of the rays, each up to its hit in `still`.
     gone_seen
-        The length of `Solids.gone` when `still` was last updated.
+        The length of `Solids.gone`, the list of former still solids, at the last update of `still`.
     state
-        The state of the list of solids for which the attributes below are valid.
+        The values of `Solids.listing` and `len(Solids.gone)` for which the attributes below hold.
+        If these values have changed, `see_at` computes the attributes anew.
     versions
-        Versions (m,) of the moving solids at the last cast; AWAY for solids outside `box`.
+        `Solids.version` of each of the m moving solids at the last cast; AWAY if outside `box`.
     hits
-        Indices, ranges and faces of the rays that hit a moving solid, by row of the solid.
+        The hits on moving solids: indices, ranges and faces of the rays that hit a solid. The key
+        is the row of the solid in `Solids`.
     seen
         The nearest hits of all rays, still solids included. Do not write to it.
     """

@@ -114,7 +114,11 @@ class Bodies:
 
 
 def _samples(solids: Solids, depsgraph: Any, row: int, metres: float) -> Array:
-    """Return points (k, 3) of the surface of a solid, at most 0.6 cells apart across."""
+    """Return points (k, 3) in the world on the surface of the solid in a `row` of the solids.
+
+    Neighbouring points of a triangle are horizontally at most 0.6 `CELL` apart, where `CELL` is the
+    side of a cell of a warm print. `metres` is the length of a Blender unit in m.
+    """
     geometry, matrix = solids.solids[row].geometry, solids.matrix[row]
     points = geometry.vertices @ matrix[:3, :3].T + matrix[:3, 3]
     corners = points[geometry.triangles(depsgraph)]

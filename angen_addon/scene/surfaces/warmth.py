@@ -425,9 +425,10 @@ def _key_rate(scene: Any) -> float:
 
 
 def _uses_of(obj: Any, scene: Any) -> list[tuple[float, float]] | None:
-    """Return start and end of each keyed use of an object, s; None without keys.
+    """Return (start, end) in s of each use of an object; None if its use has no keyframes.
 
-    The first key also says how it was before, and the last one how it is later.
+    The uses come from the keyframes of *In Use*. A use at the first keyframe starts at −inf, since
+    the object was in use before, too. A use at the last keyframe ends at inf.
     """
     curve = next((c for c in played_curves(obj) if c.data_path == IN_USE), None)
     if curve is None or not len(curve.keyframe_points):

@@ -115,7 +115,7 @@ class WarmEvidence:
         self._last: _Seen | None = None
 
     def forget(self) -> None:
-        """Forget the last update, which the next is not to be compared with."""
+        """Forget the last update, so that the next update has no change as evidence."""
         self._last = None
 
     def columns(self, updates: Updates, answers: Any, weights: Array) -> dict[str, Any]:

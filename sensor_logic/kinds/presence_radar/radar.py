@@ -80,10 +80,11 @@ def edge_of(field_of_view: float) -> float:
 
 
 def ray_angles(share: ArrayLike, field_of_view: float) -> Array:
-    """Return the angles (n,) in radians of rays at shares (n,) of the way from edge to edge.
+    """Return the angles (n,) in radians between rays and the view axis.
 
-    The shares are from −1 to 1. Rays are densest ahead, as dense as if they divided only the field
-    of view.
+    The `share` (n,) of a ray is from −1, the outermost ray on one side, to 1, that on the other.
+    Evenly spaced shares give rays that are densest near the axis. There, they are as dense as if
+    they covered only the field of view.
     """
     edge, u = edge_of(field_of_view), np.asarray(share, np.float64)
     linear = min(field_of_view / 2.0 / edge, 1.0)

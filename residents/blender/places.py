@@ -20,7 +20,7 @@ from ...sensor_logic.progress import Doing, Work, finished, part_of, saying
 from ..acting.places import DOOR, INSIDE, LAMP, MOVED, STAND, Door, LampPlace, Place, Places
 from .lamps import lamp_of
 from .marks import NONE, MarkedObject, door_of, marked
-from .standing import REACH_M, place_of, storey_index, walkable_home, walkable_storeys
+from .standing import AROUND_M, REACH_M, place_of, storey_index, walkable_home, walkable_storeys
 
 T = TypeVar("T")
 
@@ -77,12 +77,14 @@ class HomeMarks:
         objects = [marked.obj for marked in self.marked.values()]
         points = np.array([*anchors.values()])
         # Lamps without a switch are left out, because they hang at any height.
-        unanchored = [
-            obj.angen_place.use in INSIDE
-            or (obj.angen_place.use == LAMP and not obj.angen_place.switch)
-            for obj in objects
+        furniture = np.array([obj.angen_place.use in INSIDE for obj in objects])
+        unanchored = furniture | [
+            obj.angen_place.use == LAMP and not obj.angen_place.switch for obj in objects
         ]
-        stood = ~np.array(unanchored) | np.all(unanchored)
+        stood = ~unanchored | unanchored.all()
+        # The floor is known near marks: parts of furniture count where no other mark is.
+        apart = np.linalg.norm(points[:, None, :2] - points[stood, :2], axis=2).min(axis=1)
+        stood |= furniture & (apart > AROUND_M)
         rows = [t.rows for t in self.marked.values() if t.obj.angen_place.use != STAND]
         rows = np.concatenate([np.empty(0, np.intp), *rows])
         names = [name for name, counts in zip(self.marked, stood, strict=True) if counts]

@@ -164,6 +164,9 @@ def mark(kind_name: str, x: float, y: float, label: str, about: str = "") -> str
         7: f'<path {kind} d="M{-half} -3.5L{4 - half} -8H{half - 4}L{half} -3.5V3.5L{half - 4} 8'
         f'H{4 - half}L{-half} 3.5Z"/>',
         8: f'<path {kind} d="M{-half - 1} -7H{half + 1}L{half - 1} 7H{1 - half}Z"/>',
+        9: f'<rect {kind} x="{-half - 2}" y="-7" width="{2 * half + 4}" height="14" rx="7"/>',
+        10: f'<path {kind} d="M0 {-half - 4}C{half + 4} -2 {half + 2} 8 0 8C{-half - 2} 8 '
+        f'{-half - 4} -2 0 {-half - 4}Z"/>',
     }
     title = f"<title>{safe(about)}</title>" if about else ""
     return (

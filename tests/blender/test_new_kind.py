@@ -25,11 +25,13 @@ def copy(tmp_path):
         leave = shutil.ignore_patterns("__pycache__")
         shutil.copytree(ROOT / folder, tmp_path / folder, ignore=leave)
     (tmp_path / "tests" / "blender").mkdir(parents=True)
+    (tmp_path / "scripts").mkdir()
     for name in (
         "__init__.py",
         "parts.py",
         "blender_manifest.toml",
         "pyproject.toml",
+        "scripts/dev.py",
         "tests/conftest.py",
     ):
         shutil.copy(ROOT / name, tmp_path / name)

@@ -246,7 +246,8 @@ def test_many_pads_are_told_of_once(world, simulate):
         world.sensor("PRESSURE", name, world.box((1, 1, 0.01), name=name))
     world.sensor("PRESSURE", "bare")
     said = simulate().splitlines()
-    assert len(said) == 2
+    assert len(said) == 3
+    assert said[2].startswith("angen: 'bare' was not valid in 100 % of its updates")
     assert "13 pads ('bare', 'pad 00', 'pad 01' and 10 more): nothing in this scene" in said[1]
     assert said[0].startswith("angen: 'bare': it has no surface")
     assert simulate("--quiet") == ""

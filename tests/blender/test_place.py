@@ -485,8 +485,8 @@ def test_what_stands_on_a_small_resistor_presses_on_it(world, preset):
 
 def test_menus_offer_all_kinds_the_door_and_residents(world):
     for name, count, menus in (
-        ("ANGEN_MT_sensor_add", 17, ["ANGEN_MT_resident_add"]),
-        ("ANGEN_MT_object_sensor", 11, []),
+        ("ANGEN_MT_sensor_add", 21, ["ANGEN_MT_resident_add"]),
+        ("ANGEN_MT_object_sensor", 13, []),
     ):
         assert hasattr(bpy.types, name)
         drawn, drawn_menus = [], []

@@ -55,9 +55,8 @@ def simulate(options: argparse.Namespace, outputs: Outputs) -> int:
     with Sending(address, simulated(selected), options) as sending:
         recording = run_home(options, selected, sending.take)
         is_whole = sending.finish()
-    if not options.quiet:
-        for line in often_not_valid(not_valid(recording.tracks.values())):
-            note(line)
+    for line in often_not_valid(not_valid(recording.tracks.values())):
+        note(line)
 
     def shown(pieces: Iterable[str]) -> Iterable[str]:
         comma = options.spreadsheet == "comma"

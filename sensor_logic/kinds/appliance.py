@@ -163,7 +163,12 @@ class ApplianceParameters(Parameters):
         100.0, "Power", "Power that it draws while it works", unit="W", used_when=OWN
     )
     standby_power: float = parameter(
-        0.0, "Standby power", "Power that it draws otherwise", unit="W", used_when=OWN
+        0.0,
+        "Standby power",
+        "Power that it draws otherwise",
+        unit="W",
+        short="Standby",
+        used_when=OWN,
     )
     run_time: float = parameter(
         60.0,
@@ -194,7 +199,7 @@ class ApplianceParameters(Parameters):
         short="Greatest",
     )
     resolution: float = parameter(
-        0.0, "Resolution", "Step of the measured power. 0: none", unit="W"
+        0.0, "Resolution", "Step of the measured power. 0: none", unit="W", short="Step"
     )
     accuracy: float = parameter(
         0.0,
@@ -374,4 +379,5 @@ KIND = Kind(
     model=SmartPlug,
     needs={USES: ()},
     presets=PRESETS,
+    part="SHELLY_PLUG_S",
 )

@@ -49,6 +49,7 @@ class FlowParameters(Parameters):
         "Flow rate",
         "Water that flows. Basin taps: 4 to 6 L/min; showers: 6 to 12; valves of cisterns: 6 to 10",
         unit=FLOW_UNIT,
+        short="Flow",
         positive=True,
         source="basin taps at most 6 L/min, showers 8 L/min: EU Ecolabel, Decision 2013/250/EU",
     )
@@ -57,6 +58,7 @@ class FlowParameters(Parameters):
         "Refill volume",
         "Water of one flush, which flows at the flow rate until the cistern is full",
         unit="L",
+        short="Refill",
         positive=True,
         used_when=(("flows", AFTER_USE),),
         source="at most 6 L: EU Ecolabel, Decision 2013/641/EU",
@@ -67,6 +69,7 @@ class FlowParameters(Parameters):
         "The output is on at this flow or more. Data sheets: set point, actuation, or start of the "
         "range",
         unit=FLOW_UNIT,
+        short="From",
     )
     response_time: float = parameter(
         0.0, "Response time", "The output follows the flow after this time, on and off", unit="s"
@@ -211,4 +214,5 @@ KIND = Kind(
     model=FlowSensor,
     needs={USES: ()},
     presets=PRESETS,
+    part="YF_S201",
 )

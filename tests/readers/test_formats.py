@@ -322,5 +322,7 @@ def test_what_is_wrong_is_found(reader, wrong) -> None:
 
 
 def test_the_example_of_the_docs_is_valid(reader) -> None:
-    (example,) = re.findall(r"```json\n(.*?)```", DOCS.read_text(encoding="utf-8"), re.DOTALL)
-    reader("jsonschema").Draft7Validator(SCHEMA).validate(json.loads(example))
+    examples = re.findall(r"```json\n(.*?)```", DOCS.read_text(encoding="utf-8"), re.DOTALL)
+    assert examples
+    for example in examples:
+        reader("jsonschema").Draft7Validator(SCHEMA).validate(json.loads(example))

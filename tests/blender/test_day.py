@@ -195,9 +195,9 @@ def test_a_random_stretch_reads_what_every_frame_of_it_does(
 
 HOME = Path(__file__).resolve().parents[2] / "sample_blends" / "angen.blend"
 # Seconds in which a resident walks all the time; the sun moves at NEXT.
-BEGIN, NEXT, END = 38_391.0, 38_400.0, 38_408.0
+BEGIN, NEXT, END = 45_591.0, 45_600.0, 45_608.0
 # Seconds in which the bathroom's lamp goes off; a resident walks until LEFT.
-OFF, LEFT = 80_626.0, 80_650.0
+OFF, LEFT = 25_762.0, 25_786.0
 SENSORS = "Light sensor bedroom", "Light sensor kitchen"
 
 

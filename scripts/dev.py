@@ -29,6 +29,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
 from typing import NoReturn
 
@@ -337,14 +338,14 @@ def smoke() -> None:
 def main(arguments: list[str]) -> str | None:
     """Run a verb; return a text if there is none of this name."""
     verb, options = (arguments or [""])[0], arguments[1:]
-    plain: dict[str, object] = {
+    plain: dict[str, Callable[[], None]] = {
         "lint": lint,
         "demo": demo,
         "zip": build_zip,
         "smoke": smoke,
     }
     if verb in plain and not options:
-        plain[verb]()  # type: ignore[operator]
+        plain[verb]()
     elif verb == "test":
         test(options)
     elif verb == "test-all":

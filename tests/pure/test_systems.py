@@ -183,7 +183,7 @@ def test_a_log_that_windows_powershell_has_redirected(tmp_path, angen, verb):
     assert (status, err) == (
         2,
         f"angen: {path} is in UTF-16, as > in Windows PowerShell writes: "
-        "use an option such as --events there, or cmd\n",
+        "save it as UTF-8, or write it by an option such as --events or --out\n",
     )
 
 

@@ -150,7 +150,7 @@ def test_commands_of_the_docs_run_in_each_shell_of_windows_and_macos():
     assert len(found) > 60
     for name, line in found:
         assert not re.match(r"(awk|cat|cp|curl|diff|grep|head|python3|touch) ", line), (name, line)
-        # A line that goes on, pipes and redirections, variables, comments, and quotes that are none.
+        # Lines that go on, pipes and redirections, variables, comments, quotes that are none.
         assert not re.search(r"[\\|&<>$#'`~]", line), (name, line)
 
 

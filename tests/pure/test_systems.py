@@ -223,8 +223,9 @@ def test_a_zone_where_the_system_has_no_list_of_time_zones(monkeypatch):
     before = zoneinfo.TZPATH
     zoneinfo.reset_tzpath([])
     zoneinfo.ZoneInfo.clear_cache()
-    # The package tzdata, which the project installs on Windows.
-    monkeypatch.setitem(sys.modules, "tzdata", None)
+    # The package tzdata, which the project installs on Windows, and what of it is loaded.
+    for name in ["tzdata", *(name for name in sys.modules if name.startswith("tzdata."))]:
+        monkeypatch.setitem(sys.modules, name, None)
     try:
         with pytest.raises(InputError, match="no list of time zones: pip install tzdata"):
             convert._zone("Europe/Stockholm")

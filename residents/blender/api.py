@@ -26,6 +26,7 @@ from ..acting.timeline import LYING, SITTING, STANDING
 from ..body.skeleton import Sort
 from ..days.rows import Day
 from ..routine.routine import time_of_day
+from ..routine.timetable import check_covers
 from .marks import LABELS
 from .places import read_places
 from .run import HouseholdDays, Plan, run_days
@@ -117,6 +118,9 @@ class Home(home.Home):
         found = self._simulated(sensors)
         plan = Plan.read(Path(routine), Path(diary) if diary is not None else None)
         household = household_of(found, plan, start, seed)
+        dates = household.start, days, str(diary)
+        for text in check_covers(plan.diary, plan.first, plan.routine.persons, *dates):
+            warnings.warn(text, stacklevel=2)
 
         def report(number: int, step: Progress) -> None:
             if progress is not None:

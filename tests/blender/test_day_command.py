@@ -411,6 +411,13 @@ def test_days_that_a_diary_lacks_are_told(day: Any, home: Path) -> None:
         )
 
 
+def test_a_contact_that_never_closes_is_told_after_the_days(day: Any, home: Path) -> None:
+    bpy.data.objects["Contact"].angen_sensor.contact.close_distance = 0.005
+    status, told = day("--sensor", "Contact", days=1)
+    assert status == 0
+    assert "'Contact': its magnet 'Magnet' comes no nearer than 0.0071 m, and it closes" in told
+
+
 def test_a_folder_of_diaries_is_one_diary(
     home: Path, addon_part: Callable[[str], Any], tmp_path: Path
 ) -> None:

@@ -15,6 +15,7 @@ from ...sensor_logic.logs.log import differences, read_events
 from ...sensor_logic.logs.wording import named
 from ...sensor_logic.recording.events import events
 from .. import doctor
+from ..advice.sensing import open_for_ever
 from ..explain.explain import ExplainedTime
 from ..layout.apply import apply_layout
 from ..layout.describe import describe, layout_text
@@ -23,7 +24,7 @@ from ..output.output_files import Outputs, check_outputs
 from ..process.console import DONE, FAILED, note
 from ..process.parser import Verb, add_choice, choice_of, path, run_options, tolerance
 from ..runtime.time_base import outside_scene
-from ..scene.sensors import Sensor, chosen
+from ..scene.sensors import Sensor, all_sensors, chosen
 from .open_home import ProgressLine, open_home, run_home, sensors_of
 
 SHOWN_DIFFERENCES = 50
@@ -100,6 +101,9 @@ def _apply(options: argparse.Namespace, outputs: Outputs) -> int:
     outputs.save_blend(options.save)
     if not options.quiet:
         note(f"{options.layout.name}: {applied.text}")
+        sensors = all_sensors(bpy.context.view_layer)
+        for text in open_for_ever(sensors, bpy.context.evaluated_depsgraph_get()):
+            note(text)
     return DONE
 
 

@@ -13,6 +13,7 @@ from typing import Any
 
 import bpy
 
+from ...angen_addon.advice.sensing import open_for_ever
 from ...angen_addon.authoring.presets import preset_of
 from ...angen_addon.layout.describe import parameters_of
 from ...angen_addon.output.run_log import about, sensor_facts
@@ -193,6 +194,7 @@ class Folder:
         notes = self._add_formats(whole, texts)
         write_files(texts)
         notes += often_not_valid(one for day in found for one in day.not_valid)
+        notes += open_for_ever(self._household.sensors, evaluated_depsgraph())
         return len([*takewhile(self.has, range(len(found)))]), notes
 
     def _add_formats(self, whole: DayRows, texts: dict[Path, Any]) -> list[str]:

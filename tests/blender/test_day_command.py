@@ -417,6 +417,31 @@ def test_what_a_diary_begins_with_at_midnight_was_begun_before(
     assert (sleep.activity, sleep.start) == ("Sleep", 0.0) and sleep.end == pytest.approx(7 * 3600)
 
 
+def test_days_that_a_diary_lacks_are_told(day: Any, home: Path) -> None:
+    diary = home.parent / "diary.csv"
+    head = "start,end,person,activity\n"
+    diary.write_text(f"{head}2026-04-02 00:00,2026-04-03 00:00,anna,Sleep\n")
+    status, told = day("--diary", diary, days=1)
+    assert status != 0 and not (home.parent / "out").exists()
+    assert told == (
+        f"angen: {diary} says nothing of 2026-03-02: begin on one of its days, 2026-04-02\n"
+    )
+    diary.write_text(f"{head}2026-03-01 00:00,2026-03-02 19:00,anna,Sleep\n")
+    with pytest.warns(UserWarning, match="'anna' from 2026-03-02 19:00 to 2026-03-03 00:00: 'Oth"):
+        next(
+            Home.open(home).days(
+                home.parent / "week.toml", "2026-03-02", sensors=["Contact"], diary=diary
+            )
+        )
+
+
+def test_a_contact_that_never_closes_is_told_after_the_days(day: Any, home: Path) -> None:
+    bpy.data.objects["Contact"].angen_sensor.contact.close_distance = 0.005
+    status, told = day("--sensor", "Contact", days=1)
+    assert status == 0
+    assert "'Contact': its magnet 'Magnet' comes no nearer than 0.0071 m, and it closes" in told
+
+
 def test_a_folder_of_diaries_is_one_diary(
     home: Path, addon_part: Callable[[str], Any], tmp_path: Path
 ) -> None:

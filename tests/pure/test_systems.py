@@ -10,6 +10,7 @@ import builtins
 import importlib
 import io
 import os
+import re
 import sys
 import types
 import unicodedata
@@ -112,6 +113,11 @@ def test_a_folder_that_cannot_be_opened_as_a_file(tmp_path, monkeypatch):
         raise PermissionError(13, "Permission denied", str(path))
 
     monkeypatch.setattr(builtins, "open", refuse)
+    monkeypatch.setattr(io, "open", refuse)
+    with pytest.raises(InputError, match=f"cannot read {re.escape(str(tmp_path))}: Is a directory"):
+        files.read_text(tmp_path)
+    with pytest.raises(InputError, match="Permission denied"):
+        files.read_text(tmp_path / "log.csv")
     assert unreadable(tmp_path) == f"{tmp_path} is a folder; give a blend file"
 
 

@@ -53,7 +53,9 @@ def decoded(path: Path) -> Iterator[None]:
         yield
     except UnicodeDecodeError as error:
         check_mark(path, error.object)
-        raise InputError(f"{path} is not a text file in UTF-8") from None
+        raise InputError(
+            f"{path} is not a text file in UTF-8: save it as such (in Excel as CSV UTF-8)"
+        ) from None
 
 
 def check_mark(path: Path, begin: bytes) -> None:

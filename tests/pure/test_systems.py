@@ -95,6 +95,26 @@ def test_of_several_files_none_is_new_where_one_is_open_in_another_program(tmp_p
     assert set(contents(tmp_path).values()) == {b"new"}
 
 
+def test_a_new_file_that_a_virus_scanner_opens_for_a_moment(tmp_path, monkeypatch):
+    scans, replace = [1, 2], os.replace
+
+    def scanned(old, new):
+        if scans:
+            scans.pop()
+            raise PermissionError(13, "Permission denied", str(old), 32, str(new))
+        replace(old, new)
+
+    monkeypatch.setattr(files, "SYSTEM", "nt")
+    monkeypatch.setattr(files, "PATIENCE_S", 0.0)
+    monkeypatch.setattr(os, "replace", scanned)
+    write_files({tmp_path / "a.csv": "new"})
+    assert contents(tmp_path) == {"a.csv": b"new"}
+    scans.extend(range(99))
+    with pytest.raises(AngenError, match=r"cannot write .*a\.csv: Permission denied"):
+        write_files({tmp_path / "a.csv": "newer"})
+    assert contents(tmp_path) == {"a.csv": b"new"}
+
+
 def test_a_file_open_in_another_program_is_told_before_the_work(tmp_path, opened, angen):
     path, out = tmp_path / "log.csv", tmp_path / "out.xes"
     path.write_bytes(LOG.encode())

@@ -11,6 +11,7 @@ import importlib
 import io
 import os
 import re
+import subprocess
 import sys
 import types
 import unicodedata
@@ -199,6 +200,18 @@ def test_a_table_of_a_study_that_is_open_in_another_program_meanwhile(
         driver.write_tables()
     assert table.read_text().count("\n") == 4
     assert capsys.readouterr().err.count("results.csv open") == 1
+
+
+def test_workers_of_a_study_start_in_the_home_of_a_user_with_an_umlaut(tmp_path, results):
+    """Dask writes their first code in the code page of Windows, and Python reads it as UTF-8."""
+    preload = importlib.import_module("angen_sensors.studies.engine").PRELOAD
+    module = tmp_path / "Jörg" / "standalone.py"
+    module.parent.mkdir()
+    module.write_text("def load_extension():\n    print('loaded')\n", encoding="utf-8")
+    script = tmp_path / "script.py"
+    script.write_text(preload.format(str(module)), encoding="cp1252")
+    done = subprocess.run([sys.executable, script], capture_output=True, text=True)
+    assert done.stdout == "loaded\n", done.stderr
 
 
 def test_a_path_too_long_for_the_system_is_told_before_the_work(tmp_path):

@@ -329,7 +329,10 @@ def unnamed_encodings(tree):
 
 @pytest.mark.parametrize(
     "folder",
-    ["angen_addon", "operators", "panels", "residents", "sensor_logic", "studies", "scripts"],
+    [
+        *("angen_addon", "operators", "panels", "residents", "sensor_logic", "studies"),
+        *("docs", "sample_blends", "scripts"),
+    ],
 )
 def test_no_text_is_read_or_written_in_the_code_page_of_windows(folder):
     """Lint asks for the encoding of `open`; here are files of paths and output of processes."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import argparse
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import bpy
@@ -22,7 +21,7 @@ from ..angen_addon.output.mqtt.live import (
     present_readings,
 )
 from ..angen_addon.output.mqtt.online import REFUSAL, may_go_online
-from ..angen_addon.relative_path import RELATIVE_PATH
+from ..angen_addon.relative_path import RELATIVE_PATH, absolute
 from ..angen_addon.runtime.running import is_running
 from ..angen_addon.scene.sensors import all_sensors, check_names, simulated
 from ..sensor_logic.logs.error import AngenError
@@ -85,7 +84,7 @@ class AngenMqtt(PropertyGroup):
 
 def address_of(settings: Any) -> tuple[address.Address, str]:
     """Return the broker's address and the topic of the settings; raise AngenError if wrong."""
-    authority = Path(bpy.path.abspath(settings.authority)) if settings.authority else None
+    authority = absolute(settings.authority) if settings.authority else None
     if "@" in settings.broker:
         raise AngenError("the broker contains a user name: give it as User, and its Password")
     try:

@@ -97,7 +97,6 @@ class Zip:
                 elif isinstance(node, ast.ImportFrom) and not node.level:
                     yield name, node.module or ""
 
-
     @functools.cached_property
     def reached(self) -> set[str]:
         """The files of the modules that the extension can import, beginning with its own."""

@@ -13,7 +13,8 @@ import sys
 from collections.abc import Callable, Iterator
 from functools import cache, lru_cache, partial, wraps
 from pathlib import Path
-from typing import Any
+from typing import Any, get_type_hints
+from weakref import WeakSet
 
 import bpy
 from bpy.types import Menu, Operator, Panel, PropertyGroup
@@ -139,8 +140,8 @@ def in_context(prop: Any) -> Any:
 
 def prepare_classes() -> None:
     """Give the extension's classes, before their registration, its context and translated texts."""
-    for base in (Panel, Menu, Operator, PropertyGroup):
-        for cls in _below(base):
+    for cls in _classes():
+        if cls not in _FORMER:
             _prepare(cls)
 
 
@@ -149,7 +150,7 @@ def _prepare(cls: Any) -> None:
     for name, prop in own.items():
         if isinstance(prop, str) and "Property(" in prop:
             # A postponed annotation, which Blender evaluates in the same way.
-            own[name] = prop = eval(prop, vars(sys.modules[cls.__module__]))
+            own[name] = prop = get_type_hints(cls)[name]
         if hasattr(prop, "keywords"):
             in_context(prop)
     if issubclass(cls, PropertyGroup) or "bl_translation_context" in vars(cls):
@@ -160,11 +161,21 @@ def _prepare(cls: Any) -> None:
             setattr(cls, name, _translating(getattr(cls, name)))
 
 
+def _classes() -> Iterator[Any]:
+    """Yield the extension's classes that Blender can register, each before its subclasses."""
+    for base in (Panel, Menu, Operator, PropertyGroup):
+        yield from _below(base)
+
+
 def _below(base: Any) -> Iterator[Any]:
     for cls in base.__subclasses__():
         if cls.__module__.startswith(f"{PACKAGE}."):
             yield cls
         yield from _below(cls)
+
+
+# Classes of another version that this one replaces in a running Blender: their modules are gone.
+_FORMER = WeakSet(cls for cls in _classes() if cls.__module__ not in sys.modules)
 
 
 def register() -> None:

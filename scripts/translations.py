@@ -10,6 +10,7 @@ the new texts, removes those that are gone, and keeps all translations:
 from __future__ import annotations
 
 import ast
+import re
 import sys
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -37,6 +38,10 @@ ATTRIBUTES = {"bl_label": LABEL, "bl_category": TAB, "bl_description": TIP}
 OF_PROPERTY = {"name": LABEL, "description": TIP}
 OF_LAYOUT = {"text": LABEL, "heading": LABEL}
 LAYOUTS = ("label", "operator", "prop", "menu", "popover", "progress", "column", "row", "draw_row")
+# A value in a text, also one with a format; attributes whose owners give the better name of a value.
+FORMATTED = re.compile(r"\{(\w*)(?::[^{}]*)?\}")
+NAMELESS = ("name", "text", "label", "value", "short", "name_full")
+VALUE = "value"
 # Texts that panels draw, and that are made elsewhere in the source.
 OTHERS = (
     "No reading", "All Frames, {} to {}", "Simulate first", "Parameters of {}",
@@ -59,9 +64,12 @@ ARGUMENTS = {
 def texts() -> dict[str, str]:
     """Return the texts of the interface, each with what it is: label, tip or message."""
     found: dict[str, str] = {}
+    first: dict[str, str] = {}
     for text, what in [*_of_source(), *_of_kinds(), *_of_others()]:
         is_name = "_" in text and " " not in text
-        if any(letter.isalpha() for letter in text.replace(HOLE, "")) and not is_name:
+        if any(letter.isalpha() for letter in HOLE.sub("", text)) and not is_name:
+            # Texts that differ only in the names of their values are one text.
+            text = first.setdefault(bare(text), text)
             # What Blender looks for in its own context must not be a mere label here.
             found[text] = what if found.get(text, LABEL) == LABEL else found[text]
     return found
@@ -87,15 +95,15 @@ def _of_kinds() -> Iterator[tuple[str, str]]:
 def _of_others() -> Iterator[tuple[str, str]]:
     """Yield OTHERS; raise ValueError if one is no longer in the source."""
     known = {
-        text
+        bare(text)
         for tree in _trees((*SOURCES, "sensor_logic"))
         for node in ast.walk(tree)
         if isinstance(node, (ast.Constant, ast.JoinedStr))
         for text, _ in _constants(node, LABEL)
     }
-    if gone := [text for text in OTHERS if text not in known]:
+    if gone := [text for text in OTHERS if bare(_with_names(text)) not in known]:
         raise ValueError(f"remove from OTHERS, as the source does not have them: {gone}")
-    yield from ((text, MESSAGE) for text in OTHERS)
+    yield from ((_with_names(text), MESSAGE) for text in OTHERS)
 
 
 def _of_source() -> Iterator[tuple[str, str]]:
@@ -128,7 +136,7 @@ def _of_node(node: ast.AST) -> Iterator[tuple[str, str]]:
         if keyword.arg in keywords:
             yield from _constants(keyword.value, keywords[keyword.arg])
     if name == "plural" and isinstance(noun := node.args[-1], ast.Constant):
-        yield from ((f"{HOLE} {_string(noun)}s", MESSAGE), (f"1 {_string(noun)}", MESSAGE))
+        yield from ((f"{{count}} {_string(noun)}s", MESSAGE), (f"1 {_string(noun)}", MESSAGE))
     for position, what in ARGUMENTS.get(name, {}).items():
         if position < len(node.args):
             yield from _constants(node.args[position], what)
@@ -160,25 +168,70 @@ def _of_items(node: ast.List | ast.Tuple) -> Iterator[tuple[str, str]]:
 
 
 def _constants(node: ast.expr, what: str) -> Iterator[tuple[str, str]]:
-    """Yield the texts that an expression can be, with {} for what is put into them."""
+    """Yield the texts that an expression can be, with {name} for what is put into them."""
     if isinstance(node, ast.Constant) and isinstance(node.value, str):
-        yield node.value, what
+        yield _with_names(node.value), what
     elif isinstance(node, ast.Subscript):
         yield from _constants(node.value, what)
     elif isinstance(node, ast.JoinedStr):
         for part in node.values:
             if isinstance(part, ast.FormattedValue):
-                yield from (one for one in _constants(part.value, what) if HOLE not in one[0])
-        parts = (_string(p) or HOLE for p in node.values)
-        yield "".join(parts), what
+                yield from (one for one in _constants(part.value, what) if "{" not in one[0])
+        holes = (_string(p) or f"{{{_name(p)}}}" for p in node.values)
+        yield _with_names("".join(holes)), what
     elif isinstance(node, ast.IfExp):
         yield from (*_constants(node.body, what), *_constants(node.orelse, what))
 
 
+def _name(node: ast.expr) -> str:
+    """Return a word for the value of an expression, such as `sensor` for `sensor.name`."""
+    if isinstance(node, ast.FormattedValue):
+        return _name(node.value)
+    if isinstance(node, ast.Attribute):
+        owner = _name(node.value) if node.attr in NAMELESS else "self"
+        return node.attr.strip("_") if owner == "self" else owner
+    if isinstance(node, ast.Call):
+        if getattr(node.func, "id", "") == "plural":
+            return _string(node.args[-1]).rpartition(" ")[2] + "s"
+        return _name(node.args[0] if node.args else node.func)
+    if isinstance(node, (ast.Subscript, ast.Starred)):
+        return _name(node.value)
+    if isinstance(node, ast.BinOp):
+        return _name(node.left)
+    return node.id.strip("_") or VALUE if isinstance(node, ast.Name) else VALUE
+
+
+def _with_names(text: str) -> str:
+    """Return a text whose values all have different names."""
+    names: list[str] = []
+
+    def named(found: re.Match[str]) -> str:
+        word = VALUE if found[1].isdigit() or not found[1] else found[1]
+        again = sum(name.rstrip("0123456789") == word for name in names)
+        names.append(f"{word}{again + 1}" if again else word)
+        return f"{{{names[-1]}}}"
+
+    return FORMATTED.sub(named, text)
+
+
+def bare(text: str) -> str:
+    """Return a text without the names of its values, which differ only for translators."""
+    return HOLE.sub("{}", text)
+
+
 def renewed(path: Path) -> str:
     """Return the text of a dictionary with the texts of the source."""
-    before = {entry.text: entry.translation for entry in read(path)}
-    return written(Entry(t, before.get(t, ""), what) for t, what in texts().items())
+    before = {bare(entry.text): entry for entry in read(path)}
+    return written(
+        Entry(text, _translation(before[bare(text)], text) if bare(text) in before else "", what)
+        for text, what in texts().items()
+    )
+
+
+def _translation(before: Entry, text: str) -> str:
+    """Return a translation with the names that the values have in `text`."""
+    names = dict(zip(HOLE.findall(before.text), HOLE.findall(text), strict=True))
+    return HOLE.sub(lambda found: f"{{{names.get(found[1], found[1])}}}", before.translation)
 
 
 if __name__ == "__main__":

@@ -50,7 +50,7 @@ class AngenMqtt(PropertyGroup):
     broker: StringProperty(
         name="Broker",
         description="The broker's host, or HOST:PORT, such as homeassistant.local. Without a port "
-        f"{address.PORT}, or {address.TLS_PORT} with TLS",
+        "1883, or 8883 with TLS",
     )
     user: StringProperty(name="User", description="User name at the broker; empty: none")
     password: StringProperty(

@@ -31,13 +31,14 @@ class ANGEN_MT_presets(Menu):
             return
         chosen, is_edited = preset_of(sensor.object)
         for preset in sensor.kind.presets:
-            edited = " (edited)" if is_edited and preset is chosen else ""
+            text = preset.label
+            if is_edited and preset is chosen:
+                text = f"{preset.label} (edited)"
             ticked = preset is chosen and not is_edited
             item = self.layout.operator(
                 ANGEN_OT_preset_apply.bl_idname,
-                text=f"{preset.label}{edited}",
+                text=text,
                 icon="CHECKMARK" if ticked else "BLANK1",
-                translate=False,
             )
             item.preset = preset.identifier
         self.layout.separator()

@@ -26,9 +26,11 @@ FOLDER = Path(__file__).parent
 PACKAGE = __name__.removesuffix(".angen_addon.translations.interface")
 DRAWING = ("draw", "draw_header", "draw_header_preset")
 # What a template must have besides its holes, so that it does not match every text.
-LETTERS = 4
-# Between two sentences, and between a name and a sentence.
-BETWEEN = (". ", ": ")
+LETTERS = 3
+# Between sentences, between a name and a sentence, and in lists.
+BETWEEN = (". ", ": ", "; ", ", ")
+# A value in a pattern; in quotes it is one name of a list.
+ANY, QUOTED = "(.+?)", "((?:(?!', ).)+?)"
 
 
 def language() -> str:
@@ -67,7 +69,10 @@ def _templates(code: str) -> list[_Template]:
     made = []
     for entry in found:
         parts = HOLE.split(entry.text)[::2]
-        pattern = re.compile("(.+?)".join(map(re.escape, parts)), re.DOTALL)
+        pattern = "".join(
+            re.escape(part) + (QUOTED if part.endswith("'") else ANY) for part in parts[:-1]
+        )
+        pattern = re.compile(pattern + re.escape(parts[-1]), re.DOTALL)
         names = HOLE.findall(entry.text)
         made.append(_Template(max(parts, key=len), pattern, names, entry.translation))
     return made
@@ -153,7 +158,9 @@ class _Translated:
         return getattr(self._owner, name)
 
 
-def _translating(draw: Callable[..., None]) -> Callable[..., None]:
+def translating(draw: Callable[..., None]) -> Callable[..., None]:
+    """Decorate a function that draws, in a class or appended to a menu: its layout translates."""
+
     @wraps(draw)
     def translating(self: Any, context: Any) -> None:
         draw(_Translated(self) if _texts(language()) else self, context)
@@ -187,7 +194,7 @@ def _prepare(cls: Any) -> None:
     cls.bl_translation_context = CONTEXT
     for name in DRAWING:
         if hasattr(cls, name):
-            setattr(cls, name, _translating(getattr(cls, name)))
+            setattr(cls, name, translating(getattr(cls, name)))
 
 
 def _below(base: Any) -> Iterator[Any]:

@@ -85,7 +85,7 @@ class ANGEN_PT_places(ClosedSidebar, Panel):
         layout = self.layout
         obj = context.object
         if obj is not None and not is_sensor(obj):
-            layout.label(text=obj.name, icon="OBJECT_DATA")
+            layout.label(text=obj.name, icon="OBJECT_DATA", translate=False)
             draw_place(layout, context)
         layout.operator_menu_enum("angen.place_point", "use", text="Add Place at 3D Cursor")
         row = layout.row(align=True)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The dictionaries of the interface agree with the source, and German is complete."""
+"""The dictionaries of the interface agree with the source, and are complete."""
 
 import runpy
 from pathlib import Path
@@ -28,10 +28,8 @@ def test_a_dictionary_has_the_texts_of_the_source(path, script):
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
-def test_what_a_language_promises_is_translated(path):
-    entries = read(path)
-    promised = {"de": {"label", "tip", "tab", "message"}, "sv": {"label", "tab"}}[path.stem]
-    assert [e.text for e in entries if e.what in promised and not e.translation] == []
+def test_every_text_is_translated(path):
+    assert [entry.text for entry in read(path) if not entry.translation] == []
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)

@@ -64,7 +64,7 @@ def _draw_user_presets(layout: Any, sensor: Any) -> None:
 def draw_choice(layout: Any, sensor: Any) -> None:
     """Draw the button that opens the preset menu, with the current preset as its label."""
     text = preset_text(sensor.object) or "Presets"
-    layout.menu(ANGEN_MT_presets.bl_idname, text=text, icon="PRESET", translate=False)
+    layout.menu(ANGEN_MT_presets.bl_idname, text=text, icon="PRESET")
 
 
 def draw_presets(layout: Any, context: Context) -> None:

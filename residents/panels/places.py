@@ -67,6 +67,7 @@ def _draw_moved(layout: Any, column: Any, context: Context) -> None:
 
 class ANGEN_PT_physics_place(PhysicsTab, Panel):
     bl_label = "Resident's Place"
+    help_page = "residents"
     bl_options = {"DEFAULT_CLOSED"}
 
     @classmethod

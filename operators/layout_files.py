@@ -10,6 +10,7 @@ from bpy.props import BoolProperty, StringProperty
 from bpy.types import Context, Operator
 from bpy_extras.io_utils import ExportHelper, ImportHelper
 
+from ..angen_addon.advice.sensing import open_for_ever
 from ..angen_addon.layout.apply import apply_layout
 from ..angen_addon.layout.describe import layout_text
 from ..angen_addon.layout.marks import marks_of
@@ -55,6 +56,9 @@ class ANGEN_OT_import_layout(Operator, ChosenFile, ImportHelper):
         except InputError as error:
             return cancelled(self, error)
         self.report({"INFO"}, translated(f"{path.name}: {applied.text}"))
+        sensors = all_sensors(context.view_layer)
+        for text in open_for_ever(sensors, context.evaluated_depsgraph_get()):
+            self.report({"WARNING"}, translated(text))
         return {"FINISHED"}
 
 

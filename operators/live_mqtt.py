@@ -14,11 +14,17 @@ from bpy.props import BoolProperty, PointerProperty, StringProperty
 from bpy.types import Context, Operator, PropertyGroup
 
 from ..angen_addon.output.mqtt import address
-from ..angen_addon.output.mqtt.live import LiveSender, present_readings
+from ..angen_addon.output.mqtt.live import (
+    WORDS,
+    BrokerThread,
+    LiveSender,
+    Remover,
+    present_readings,
+)
 from ..angen_addon.output.mqtt.online import REFUSAL, may_go_online
 from ..angen_addon.relative_path import RELATIVE_PATH
 from ..angen_addon.runtime.running import is_running
-from ..angen_addon.scene.sensors import all_sensors, simulated
+from ..angen_addon.scene.sensors import all_sensors, check_names, simulated
 from ..sensor_logic.logs.error import AngenError
 from ..sensor_logic.logs.formats.home_assistant import TOPIC
 from .polls import cancelled, needs
@@ -28,9 +34,11 @@ TICK_S = 0.2
 
 # The password stays in memory: Blender would write a property into the file.
 _password = ""
-sender: LiveSender | None = None
-# Why the last sending has ended; empty if the user stopped it.
-problem = ""
+sender: BrokerThread | None = None
+# The scene whose readings are sent, by its `session_uid`.
+_scene = 0
+# How the last work has ended, and its icon; empty if the user stopped it.
+outcome = "", "ERROR"
 # The state that the panel shows.
 _drawn = ""
 
@@ -94,12 +102,35 @@ def address_of(settings: Any) -> tuple[address.Address, str]:
     )
     found = address.address_of(options)
     assert found is not None
-    return replace(found, password=_password or None), topic
+    return replace(found, password=_password or None, words=WORDS), topic
 
 
-def is_sending() -> bool:
-    """Return whether readings are being sent, or the connection is being made."""
+def is_busy() -> bool:
+    """Return whether the thread connects, sends readings or removes sensors."""
     return sender is not None and sender.is_alive
+
+
+def sent_scene() -> Any:
+    """Return the scene whose readings are sent; None without one."""
+    if not (is_busy() and isinstance(sender, LiveSender)):
+        return None
+    return next((scene for scene in bpy.data.scenes if scene.session_uid == _scene), None)
+
+
+def _can_start(operator: type[Operator], context: Context) -> bool:
+    return (
+        needs(operator, may_go_online(), REFUSAL)
+        and needs(operator, not is_busy(), "Stop first")
+        and needs(operator, context.window_manager.angen_mqtt.broker, "Name the broker first")
+    )
+
+
+def _start(new: BrokerThread) -> None:
+    global sender, outcome
+    sender, outcome = new, ("", "ERROR")
+    new.start()
+    if not bpy.app.timers.is_registered(_tick):
+        bpy.app.timers.register(_tick, first_interval=TICK_S, persistent=True)
 
 
 class ANGEN_OT_mqtt_start(Operator):
@@ -112,27 +143,43 @@ class ANGEN_OT_mqtt_start(Operator):
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        return (
-            needs(cls, may_go_online(), REFUSAL)
-            and needs(cls, not is_sending(), "Readings are being sent already")
-            and needs(cls, context.window_manager.angen_mqtt.broker, "Name the broker first")
-            and needs(cls, all_sensors(context.view_layer), "Add a sensor first: Shift+A, Sensor")
+        return _can_start(cls, context) and needs(
+            cls, all_sensors(context.view_layer), "Add a sensor first: Shift+A, Sensor"
         )
 
     def execute(self, context: Context) -> set[str]:
-        global sender, problem
+        global _scene
         sensors = simulated(all_sensors(context.view_layer))
         if not sensors:
             return cancelled(self, "All sensors are switched off: switch one on with Enabled")
         try:
+            check_names(sensors)
             found, topic = address_of(context.window_manager.angen_mqtt)
-            new = LiveSender(found, sensors, topic)
+            new = LiveSender(found, topic, sensors, present_readings(context.scene, sensors))
         except AngenError as error:
             return cancelled(self, error)
-        sender, problem = new, ""
-        new.start(present_readings(context.scene, sensors))
-        if not bpy.app.timers.is_registered(_tick):
-            bpy.app.timers.register(_tick, first_interval=TICK_S, persistent=True)
+        _scene = context.scene.session_uid
+        _start(new)
+        return {"FINISHED"}
+
+
+class ANGEN_OT_mqtt_remove(Operator):
+    bl_idname = "angen.mqtt_remove"
+    bl_label = "Remove Sensors from Broker"
+    bl_description = (
+        "Remove all sensors below the topic from the broker, and so from Home Assistant. Start "
+        "announces them again"
+    )
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        return _can_start(cls, context)
+
+    def execute(self, context: Context) -> set[str]:
+        try:
+            _start(Remover(*address_of(context.window_manager.angen_mqtt)))
+        except AngenError as error:
+            return cancelled(self, error)
         return {"FINISHED"}
 
 
@@ -143,7 +190,7 @@ class ANGEN_OT_mqtt_stop(Operator):
 
     @classmethod
     def poll(cls, _context: Context) -> bool:
-        return needs(cls, is_sending(), "Nothing is being sent")
+        return needs(cls, is_busy(), "Nothing is being sent")
 
     def execute(self, _context: Context) -> set[str]:
         stop()
@@ -160,25 +207,43 @@ def stop() -> None:
 
 def _tick() -> float | None:
     """Send what has changed; return the time in s until the next call, None to end the timer."""
-    global sender, problem, _drawn
+    global _drawn
     if sender is None:
         return None
     if not sender.is_alive:
-        problem, sender = sender.error, None
-        _redraw()
+        done = sender.state if isinstance(sender, Remover) else ""
+        _end(sender.error or done, "ERROR" if sender.error else "CHECKMARK")
         return None
     if not may_go_online():
-        stop()
-        problem = REFUSAL
-        _redraw()
+        _end(REFUSAL, "ERROR")
         return None
-    scene, view_layer = bpy.context.scene, bpy.context.view_layer
-    if scene is not None and view_layer is not None and not is_running():
-        sender.show(present_readings(scene, simulated(all_sensors(view_layer))))
+    if isinstance(sender, LiveSender):
+        if sent_scene() is None:
+            _end("The scene whose readings were sent is gone: start again", "ERROR")
+            return None
+        _show(sender)
     if sender.state != _drawn:
         _drawn = sender.state
         _redraw()
     return TICK_S
+
+
+def _end(text: str, icon: str) -> None:
+    global outcome
+    stop()
+    outcome = text, icon
+    _redraw()
+
+
+def _show(live: LiveSender) -> None:
+    """Hand on the readings at the playhead, in a window that shows the scene."""
+    if is_running():
+        return
+    for window in bpy.context.window_manager.windows:
+        if window.scene.session_uid == _scene:
+            sensors = simulated(all_sensors(window.view_layer))
+            live.show(sensors, present_readings(window.scene, sensors))
+            return
 
 
 def _redraw() -> None:
@@ -194,7 +259,7 @@ def _before_load(*_: Any) -> None:
 
 
 _register, _unregister = bpy.utils.register_classes_factory(
-    (AngenMqtt, ANGEN_OT_mqtt_start, ANGEN_OT_mqtt_stop)
+    (AngenMqtt, ANGEN_OT_mqtt_start, ANGEN_OT_mqtt_stop, ANGEN_OT_mqtt_remove)
 )
 
 

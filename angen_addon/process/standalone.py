@@ -31,11 +31,12 @@ def unreadable(file: Path) -> str:
 
     Only the first bytes of the file are checked. This function does not need Blender.
     """
+    # Windows calls an attempt to open a folder a lack of permission.
+    if file.is_dir():
+        return f"{file} is a folder; give a blend file"
     try:
         with open(file, "rb") as opened:
             start = opened.read(7)
-    except IsADirectoryError:
-        return f"{file} is a folder; give a blend file"
     except OSError as error:
         return f"cannot read {file}: {error.strerror}"
     if not start:

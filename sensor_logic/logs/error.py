@@ -54,8 +54,8 @@ def check_mark(path: Path, begin: bytes) -> None:
     """Raise InputError if the first bytes of a file say that it is in UTF-16."""
     if begin[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE):
         raise InputError(
-            f"{path} is in UTF-16, as > in Windows PowerShell writes: use an option such as "
-            "--events there, or cmd"
+            f"{path} is in UTF-16, as > in Windows PowerShell writes: save it as UTF-8, or write "
+            "it by an option such as --events or --out"
         ) from None
 
 

@@ -105,6 +105,18 @@ def test_sensors_that_are_off_are_named(home, world, command):
     ]
 
 
+@pytest.mark.parametrize("options", [["--json"], []])
+def test_list_writes_the_file_that_windows_powershell_would_write_in_utf_16(
+    home, command, tmp_path, options
+):
+    file = tmp_path / "sensors"
+    printed = command("list", *options)[1]
+    assert "Dörr" in printed
+    assert command("list", *options, "--out", file)[:2] == (0, "")
+    assert file.read_bytes().decode() == printed
+    assert command("list", *options, "--out", bpy.data.filepath)[0] == 2
+
+
 @pytest.fixture
 def expected(tmp_path):
     path = tmp_path / "expected.csv"

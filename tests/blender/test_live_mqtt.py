@@ -18,6 +18,7 @@ class Broker:
     """Takes the place of the connection: keeps what it gets."""
 
     def __init__(self, address, will):
+        self.words = address.words
         self.address, self.got, self.is_lost, self.closed = address, [], False, False
         brokers.append(self)
 
@@ -55,7 +56,7 @@ def broker(world, monkeypatch):
     monkeypatch.setattr(live, "Link", Broker)
     monkeypatch.setattr("time.sleep", lambda seconds: None)
     monkeypatch.setattr(live_mqtt, "may_go_online", lambda: True)
-    monkeypatch.setattr(live_mqtt, "problem", "")
+    monkeypatch.setattr(live_mqtt, "outcome", ("", ""))
     settings = bpy.context.window_manager.angen_mqtt
     settings.broker, settings.topic, settings.user = "broker.home:1884", "flat", "anna"
     world.door(5)
@@ -88,10 +89,10 @@ def test_readings_at_the_playhead_are_announced_and_sent_when_they_change(world,
     assert made.states("flat/door/open") == ["OFF"]
     world.scene.frame_set(6)
     until(lambda: made.states("flat/door/open") == ["OFF", "ON"])
-    until(lambda: live_mqtt.sender.state == "Sent 1 reading to broker.home:1884")
+    until(lambda: live_mqtt.sender.state == "Connected to broker.home:1884: sent 1 change")
     assert not bpy.ops.angen.mqtt_start.poll()
     texts = drawn("ANGEN_PT_live_mqtt").labels
-    assert "Sent 1 reading to broker.home:1884" in " ".join(texts)
+    assert "Connected to broker.home:1884: sent 1 change" in " ".join(texts)
     assert bpy.ops.angen.mqtt_stop() == {"FINISHED"}
     assert made.states("flat/status")[-1] == "offline" and made.closed
 
@@ -104,10 +105,24 @@ def test_the_password_is_in_no_file(broker, tmp_path):
     assert b"a-secret-of-mine" not in path.read_bytes()
 
 
-def test_new_sensors_are_told_and_a_file_that_is_opened_ends_it(world, broker):
+def test_sensors_that_change_are_announced_and_a_file_that_is_opened_ends_it(world, broker):
     assert bpy.ops.angen.mqtt_start() == {"FINISHED"}
+    (made,) = brokers
+    until(lambda: made.states("flat/status")[-1:] == ["online"])
+    bpy.data.objects["Door"].name = "Gate"
+    config = "homeassistant/device/flat_{}/config"
+    until(lambda: any(made.states(config.format("gate"))))
+    assert made.states(config.format("door"))[-1] == ""
+    assert made.states("flat/door/open")[-1] == ""
+    world.scene.frame_set(2)
+    until(lambda: made.states("flat/gate/open")[-1] == "OFF")
+    count = len(made.got)
+    for _ in range(3):
+        live_mqtt._tick()
     world.pir("Hall")
-    assert not live_mqtt.sender.sends_all_of(world.sensors())
+    until(lambda: made.states("flat/hall/moved"))
+    configs = [message.topic for message in made.got[count:] if message.topic.endswith("/config")]
+    assert configs == [config.format("hall")]
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     assert live_mqtt.sender is None
 
@@ -116,7 +131,7 @@ def test_why_it_ended_stays_in_the_panel(broker):
     broker.broker = "refuses.home"
     bpy.ops.angen.mqtt_start()
     until(lambda: live_mqtt.sender is None)
-    assert live_mqtt.problem == "no broker listens there"
+    assert live_mqtt.outcome[0] == "no broker listens there"
 
 
 @pytest.mark.parametrize(

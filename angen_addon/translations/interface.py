@@ -73,9 +73,9 @@ def _templates(code: str) -> list[_Template]:
         pattern = "".join(
             re.escape(part) + (QUOTED if part.endswith("'") else ANY) for part in parts[:-1]
         )
-        pattern = re.compile(pattern + re.escape(parts[-1]), re.DOTALL)
+        whole = re.compile(pattern + re.escape(parts[-1]), re.DOTALL)
         names = HOLE.findall(entry.text)
-        made.append(_Template(max(parts, key=len), pattern, names, entry.translation))
+        made.append(_Template(max(parts, key=len), whole, names, entry.translation))
     return made
 
 

@@ -209,7 +209,8 @@ def _other_ways(packed: Zip) -> Found:
 def _leftovers(packed: Zip) -> Found:
     for name in packed.files:
         hidden = any(part.startswith((".", "__pycache__")) for part in name.split("/"))
-        if hidden or name.endswith((".pyc", ".blend", ".zip", ".so", ".dll", ".exe")):
+        text = name in ("LICENSE", README) or name.startswith("wheels/LICENSE-")
+        if hidden or not (text or name.endswith((".py", ".po", ".json", ".toml", ".whl"))):
             yield f"{name} does not belong into a zip"
         if name.startswith(("docs/", "tests/", "scripts/", "benchmarks/", "sample_blends/")):
             yield f"{name} is for developers"
@@ -297,7 +298,7 @@ RULES: tuple[tuple[str, Callable[[Zip], Found]], ...] = (
     ("wheels are in the zip, pure Python, and with their licence", _wheels),
     ("no code for other ways to run it than as an extension", _other_ways),
     ("modules import each other relatively", _imports),
-    ("no compiled, hidden or binary files, and none for developers", _leftovers),
+    ("no compiled, hidden, binary or stray files, and none for developers", _leftovers),
     ("the README is for users", _readme),
     ("each process that it starts is told", _processes),
     ("each module can be imported, beginning with __init__.py", _reachable),

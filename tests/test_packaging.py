@@ -73,7 +73,7 @@ def test_the_zip_holds_what_runs_and_nothing_else(built: Path) -> None:
         path.relative_to(ROOT).as_posix()
         for folder in SHIPPED_FOLDERS
         for path in (ROOT / folder).rglob("*")
-        if path.is_file() and "__pycache__" not in path.parts
+        if path.is_file() and not {"__pycache__", ".DS_Store"} & set(path.parts)
     }
     names = zipfile.ZipFile(built).namelist()
     assert all(any(name.startswith(one) for name in runs) for one in PACKAGE_ALONE)
@@ -166,7 +166,8 @@ BROKEN = (
     (
         ("sensor_logic/fast.so", "", "fast.so does not belong into a zip"),
         ("sensor_logic/.hidden", "", ".hidden does not belong into a zip"),
-        ("docs/index.md", "", "docs/index.md is for developers"),
+        ("notes.txt", "", "notes.txt does not belong into a zip"),
+        ("docs/index.py", "", "docs/index.py is for developers"),
     ),
     (("README_USERS.md", "make zip; EEVEE --jobs\n", "tells users 'make'"),),
     (("operators/more.py", "import subprocess\n", "starts a process that README_USERS.md"),),
@@ -206,6 +207,13 @@ def test_each_rule_refuses_a_zip_that_breaks_it(number: int, few: Path, tmp_path
         pack_with(few, tmp_path / "bad.zip", name, made, reached="can be imported" not in rule)
         (line,) = check_release.zip_problems(tmp_path / "bad.zip")
         assert told in line and line.endswith(f"(rule: {rule})")
+
+
+def test_hidden_files_stay_out_of_the_zip_wherever_they_are() -> None:
+    patterns = MANIFEST["build"]["paths_exclude_pattern"]
+    for name in (".DS_Store", "panels/.DS_Store", ".idea/", "residents/body/.idea/"):
+        assert build_zip._is_excluded(name, patterns), name
+    assert not build_zip._is_excluded("panels/table.py", patterns)
 
 
 def test_both_ways_give_the_same_files_and_blender_takes_what_is_packed_without_it(

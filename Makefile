@@ -16,7 +16,7 @@ export PYTHON BPY BLENDER VENV LINT_VENV
 .PHONY: help venv demo test test-all golden readers mqtt bench lint docs pictures zip assets downloads sample clean
 
 help: ## this list
-	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' Makefile | expand -t 10
+	@awk -F':.*## ' '/^[a-z-]+:.*## / { printf "%-10s%s\n", $$1, $$2 }' Makefile
 	@sed -n 's/^#   /          /p' Makefile
 
 demo: ## simulate the sample home and show what its sensors saw

@@ -67,11 +67,11 @@ class ANGEN_OT_export_samples(ExportOptions, Operator):
 
     def _make_folder(self, chosen: Path) -> Path:
         """Return `chosen`, or a new folder inside it if the user has typed a name for one."""
+        check_folder(chosen if self.folder or chosen.exists() else chosen.parent, "Export")
         if not self.folder:
             return chosen
         if Path(self.folder).name != self.folder or self.folder == "..":
             raise AngenError(f"New Folder: '{self.folder}' is not the name of a folder")
-        check_folder(chosen, "Export")
         made, number = chosen / self.folder, 1
         while made.exists():
             number += 1

@@ -10,13 +10,14 @@ from bpy.props import BoolProperty, StringProperty
 from bpy.types import Context, Operator
 from bpy_extras.io_utils import ExportHelper, ImportHelper
 
+from ..angen_addon.advice.sensing import open_for_ever
 from ..angen_addon.layout.apply import apply_layout
 from ..angen_addon.layout.describe import layout_text
 from ..angen_addon.layout.marks import marks_of
 from ..angen_addon.output.output_files import write
 from ..angen_addon.relative_path import RELATIVE_PATH, ChosenFile
 from ..angen_addon.scene.sensors import all_sensors
-from ..angen_addon.translations.interface import translated
+from ..angen_addon.translations.interface import translated, translating
 from ..sensor_logic.logs.error import AngenError, InputError
 from ..sensor_logic.logs.files import check_folder
 from ..sensor_logic.logs.wording import plural
@@ -55,6 +56,9 @@ class ANGEN_OT_import_layout(Operator, ChosenFile, ImportHelper):
         except InputError as error:
             return cancelled(self, error)
         self.report({"INFO"}, translated(f"{path.name}: {applied.text}"))
+        sensors = all_sensors(context.view_layer)
+        for text in open_for_ever(sensors, context.evaluated_depsgraph_get()):
+            self.report({"WARNING"}, translated(text))
         return {"FINISHED"}
 
 
@@ -101,10 +105,12 @@ class ANGEN_OT_export_layout(Operator, ChosenFile, ExportHelper):
 MENU_TEXT = "Sensor Layout (.json)"
 
 
+@translating
 def draw_in_import_menu(self: Any, context: Context) -> None:
     self.layout.operator(ANGEN_OT_import_layout.bl_idname, text=MENU_TEXT)
 
 
+@translating
 def draw_in_export_menu(self: Any, context: Context) -> None:
     self.layout.operator(ANGEN_OT_export_layout.bl_idname, text=MENU_TEXT)
 

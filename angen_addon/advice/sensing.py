@@ -6,19 +6,31 @@ The module also finds the surfaces that press on pressure pads with the mass of 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from ...sensor_logic.logs.error import AngenError
-from ...sensor_logic.logs.wording import Advice, Lengths, named, uncapitalized
-from ..scene.animation import PLACE, is_animated, played_curves
+from ...sensor_logic.logs.wording import Advice, Lengths, measured, named, uncapitalized
+from ...sensor_logic.model import Array
+from ..scene.animation import PLACE, is_animated, motion_paths, played_curves
 from ..scene.bearers import candidates, has_mass
+from ..scene.door_motion import ROTATIONS, keyed_motions
 from ..scene.forces.bodies import rigid_bodies
-from ..scene.instances import with_instanced
+from ..scene.instances import chain, with_instanced
+from ..scene.lengths import lengths_of
 from ..scene.light import materials
 from ..scene.rays.solids import SURFACE_TYPES
-from ..scene.sensors import Sensor, read_parameters, unit_scale
+from ..scene.sensors import (
+    NotPlaced,
+    Sensor,
+    placed_matrix,
+    read_parameters,
+    simulated,
+    unit_scale,
+)
 from ..scene.units import kilograms
 
 
@@ -65,6 +77,70 @@ def unreachable(sensor: Sensor, lengths: Lengths) -> list[Advice]:
         return read_parameters(sensor, sensor.settings).unreachable(lengths)
     except AngenError:
         return []
+
+
+# Data paths of keyframes that `keyed_motions` knows.
+PLAIN_PATHS = {"location", *ROTATIONS}
+# Poses between two keyframes in which a magnet is tried too, with straight lines between them.
+POSES_BETWEEN = 24
+
+
+def never_closes(sensor: Sensor, depsgraph: Any, lengths: Lengths) -> Advice | None:
+    """Return a warning if the magnet of a door contact never comes near enough to close it.
+
+    The magnet is tried where it is now, and where keyframes move it. Return None for other kinds,
+    and where more than the keyframes of one object move the magnet or the contact.
+    """
+    magnet = getattr(sensor.parameters, "magnet", None)
+    if magnet is None or sensor.holders:
+        return None
+    keyed = []
+    for part in dict.fromkeys((*chain(magnet), *chain(sensor.object))):
+        drivers = part.animation_data.drivers if part.animation_data is not None else ()
+        paths = motion_paths(part)
+        if part.parent_type != "OBJECT" or any(c.data_path.startswith(PLACE) for c in drivers):
+            return None
+        if not PLAIN_PATHS.issuperset(paths):
+            return None
+        keyed += [part] if paths else []
+    try:
+        closes = read_parameters(sensor, sensor.settings).close_distance
+        place = placed_matrix(magnet, depsgraph).translation
+    except (AngenError, NotPlaced):
+        return None
+    if len(keyed) > 1 or is_animated(sensor.object, "angen_sensor.contact.close_distance"):
+        return None
+    ends = place, sensor.world_matrix(depsgraph).translation
+    moves = [bool(keyed) and keyed[0] in chain(obj) for obj in (magnet, sensor.object)]
+    motions = keyed_motions(keyed[0], POSES_BETWEEN) if any(moves) else []
+    away = np.array([
+        (m @ ends[0] if moves[0] else ends[0]) - (m @ ends[1] if moves[1] else ends[1])
+        for m in motions
+    ]).reshape(-1, 3)  # fmt: skip
+    now = np.array([ends[0] - ends[1]])
+    nearest = min(_nearest(now), _nearest(away)) * unit_scale(depsgraph.scene)
+    if nearest <= closes:
+        return None
+    return Advice(
+        f"Its magnet '{magnet.name}' comes no nearer than {measured(nearest, 'm', 4, lengths)}, "
+        f"and it closes at {lengths.typed(closes)}: it is always open",
+        "Move the magnet to the contact, or choose a preset that closes farther away (Closes At)",
+    )
+
+
+def _nearest(points: Array) -> float:
+    """Return the distance of the origin from the line through points, shape (n, 3)."""
+    begins, ways = points, np.diff(points, axis=0, append=points[-1:])
+    along = -np.einsum("ij,ij->i", begins, ways) / np.maximum((ways**2).sum(axis=1), 1e-12)
+    found = begins + np.clip(along, 0.0, 1.0)[:, None] * ways
+    return float(np.linalg.norm(found, axis=1).min(initial=np.inf))
+
+
+def open_for_ever(sensors: Iterable[Sensor], depsgraph: Any) -> Iterator[str]:
+    """Yield a line for each of the sensors that is a door contact which no magnet closes."""
+    for sensor in simulated(sensors):
+        if found := never_closes(sensor, depsgraph, lengths_of(depsgraph.scene)):
+            yield f"'{sensor.name}': {uncapitalized(found.text)}"
 
 
 def without_surface(obj: Any) -> Advice | None:
@@ -167,8 +243,9 @@ def of_several(advices: dict[str, Advice]) -> str:
     text = uncapitalized(advices[names[0]].text)
     if len(names) == 1:
         return f"'{names[0]}': {text}"
-    of_first = "of the first: " if len(set(advices.values())) > 1 else ""
-    return f"{len(names)} pads ({named(names, 3)}): {of_first}{text}"
+    if len(set(advices.values())) > 1:
+        text = f"of the first: {text}"
+    return f"{len(names)} pads ({named(names, 3)}): {text}"
 
 
 def outdated_cache(scene: Any) -> Advice | None:

@@ -15,7 +15,7 @@ from mathutils import Matrix, Vector
 
 from ...sensor_logic.choice import SensorChoice
 from ...sensor_logic.kinds import KINDS, NO_KIND
-from ...sensor_logic.logs.error import AngenError, explained
+from ...sensor_logic.logs.error import AngenError, InputError, explained
 from ...sensor_logic.parameters import former_choice, former_text, specs
 from ...sensor_logic.recording.tracks import Recording as Run
 from ..authoring.presets import find_preset, new_sensor
@@ -29,7 +29,15 @@ from ..recording.stored_recording import stored_run
 from ..runtime.simulation import simulate
 from ..runtime.time_base import evaluated_depsgraph, outside_scene
 from ..scene.home.rooms import fill_room
-from ..scene.sensors import Sensor, all_sensors, check, chosen, simulated, unit_scale
+from ..scene.sensors import (
+    Sensor,
+    all_sensors,
+    check,
+    chosen,
+    named_block,
+    simulated,
+    unit_scale,
+)
 from .recording import Recording
 
 # The open home: Blender holds one file at a time.
@@ -42,7 +50,7 @@ class HomeSensor:
     """A sensor of an open home.
 
     Its parameters are attributes, in SI units and radians, with the limits of the panel:
-    `sensor.range_max = 3.0`.
+    `sensor.range_max = 3.0`. Where one is an object, its name can be set.
     """
 
     _home: Home
@@ -103,7 +111,11 @@ class HomeSensor:
         if former is not None:
             value = former.now
             warnings.warn(former_text([(sensor.name, name, former)]), stacklevel=2)
-        with explained(f"'{sensor.name}': {name}", TypeError, ValueError, raised=AngenError):
+        where = f"'{sensor.name}': {name}"
+        if spec is not None and spec.pointer and isinstance(value, str):
+            with explained(where, InputError, raised=AngenError):
+                value = named_block(spec.pointer, value)
+        with explained(where, TypeError, ValueError, raised=AngenError):
             try:
                 if spec is not None:
                     _check_value(sensor, name, value)
@@ -239,7 +251,7 @@ class Home:
             The first and the last frame; by default the scene's. Frames before the start of the
             scene are left out. Frames after its end are simulated. A warning says so.
         sensors
-            Names or patterns such as "PIR*"; by default all sensors.
+            Names or patterns such as "PIR*"; by default all sensors. An empty list is an error.
         progress
             A function that is called with the fraction of the work done, 0 to 1. If it raises an
             exception, the run ends.
@@ -250,7 +262,7 @@ class Home:
             If there is nothing to simulate.
         """
         scene = bpy.context.scene
-        found = chosen(self.all_sensors(), SensorChoice(tuple(sensors or ())))
+        found = self._chosen(sensors)
         first, last = frames or (scene.frame_start, scene.frame_end)
         if not scene.frame_start <= last or first > last:
             raise AngenError(
@@ -276,12 +288,25 @@ class Home:
             outputs.save_blend(Path(path))
             outputs.commit()
 
+    def _chosen(self, names: Iterable[str] | None) -> list[Sensor]:
+        """Return the sensors that match these names or patterns; None for all sensors.
+
+        Raise AngenError if a name matches none, or if there are no names.
+        """
+        every = self.all_sensors()
+        if names is None:
+            return every
+        patterns = (names,) if isinstance(names, str) else tuple(names)
+        if not patterns:
+            raise AngenError("sensors is empty: give names or patterns, or None for all sensors")
+        return chosen(every, SensorChoice(patterns))
+
     def _simulated(self, names: Iterable[str] | None) -> list[Sensor]:
         """Return the enabled sensors that match these names or patterns; by default all of them.
 
         Raise AngenError if there are none.
         """
-        found = simulated(chosen(self.all_sensors(), SensorChoice(tuple(names or ()))))
+        found = simulated(self._chosen(names))
         if not found:
             raise AngenError(f"{self.path.name} has no sensors to simulate: add one, or enable one")
         return found

@@ -24,6 +24,7 @@ GROUP_PAGES = {
     "angen_breathing": "presence_radar",
     "angen_coverage": "coverage",
     "angen_day": "residents",
+    "angen_heat": "pir",
     "angen_load": "pressure",
     "angen_place": "residents",
     "angen_radar": "presence_radar",
@@ -32,7 +33,7 @@ GROUP_PAGES = {
     "angen_study": "studies",
     "angen_topic": "home_assistant",
     "angen_use": "appliance",
-    "angen_warmth": "thermal_array",
+    "angen_warmth": "pir",
 }
 # The pages of operators whose names match; the first match counts.
 OPERATOR_PAGES = (

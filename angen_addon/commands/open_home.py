@@ -48,6 +48,8 @@ def print_advice(sensors: list[Sensor], quiet: bool) -> None:
         _advise_on_pads(sensors)
         _advise_on_warmth(sensors)
         _advise_on_warm_up(sensors)
+        for text in advice.open_for_ever(sensors, bpy.context.evaluated_depsgraph_get()):
+            note(text)
         if any(sensor.kind.requires(LIGHT) for sensor in simulated(sensors)):
             for found in advice.opaque_glass(bpy.context.view_layer):
                 note(uncapitalized(found.text))

@@ -33,6 +33,7 @@ CHECKS: dict[str, Check] = {
     "facing": sensors.faces_a_wall,
     "slits": sensors.slits,
     "names_none": sensors.names_nothing,
+    "magnets": sensors.never_close,
     "watches": sensors.watches_nothing,
     "unplaced": sensors.unplaced,
     "unreachable": sensors.unreachable,

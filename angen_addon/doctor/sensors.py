@@ -292,6 +292,14 @@ def names_nothing(home: Examined) -> Iterator[Found]:
                 )
 
 
+def never_close(home: Examined) -> Iterator[Found]:
+    """Yield a finding for each door contact that no magnet closes."""
+    for sensor in home.requiring(POSES):
+        found = sensing.never_closes(sensor, home.depsgraph, lengths_of(home.scene))
+        if found:
+            yield f"'{sensor.name}': {uncapitalized(found.problem)}", found.mend, (sensor.name,)
+
+
 def watches_nothing(home: Examined) -> Iterator[Found]:
     """Yield a finding for each sensor that watches no object, or one whose use never changes."""
     for sensor in home.requiring(USES):

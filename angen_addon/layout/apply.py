@@ -20,11 +20,11 @@ from ..appearance.housing import Housing, housing_mesh
 from ..authoring.of_kind import housing_of
 from ..runtime.time_base import evaluated_depsgraph
 from ..scene.instances import chain, is_sensor
-from ..scene.sensors import Sensor, unit_scale
+from ..scene.sensors import Sensor, named_block, unit_scale
 from .describe import named_blocks
 from .marks import mark_changes, remove_mark, unlisted
 from .measured import face_bounds
-from .plan import COLLECTIONS, Planner, SensorChange
+from .plan import Planner, SensorChange
 
 EMPTY_SIZE_M = 0.1
 # The keys that `_check_done` does not compare, because it compares the place and each empty itself.
@@ -229,7 +229,7 @@ def _set(plan: SensorChange, obj: Any, rollback: _Rollback) -> None:
     known = specs(plan.kind.parameters)
     for name, value in plan.parameters.items():
         pointer = known[name].pointer
-        found = getattr(bpy.data, COLLECTIONS[pointer])[value] if pointer and value else value
+        found = named_block(pointer, value) if pointer and value else value
         rollback.set(group, name, found)
     preset = plan.entry.values.get("preset", settings.preset)
     if preset != settings.preset:

@@ -26,6 +26,7 @@ from ..scene.sensors import (
     Sensor,
     all_sensors,
     decimal,
+    named_block,
     placed_matrix,
     pointed_at,
     unit_scale,
@@ -36,7 +37,6 @@ from .describe import describe, is_belonging, place_of
 # for single precision. The axes: in radians.
 SAME_PLACE, SAME_ANGLE = 2e-6, 2e-6
 COMMON = ("room", "enabled", "update_rate")
-COLLECTIONS = {"Object": "objects", "Collection": "collections", "Text": "texts"}
 
 
 @dataclass
@@ -400,17 +400,14 @@ class Planner:
             if not spec.pointer:
                 merged[name] = math.nan if merged[name] is None else merged[name]
             elif merged[name] is not None:
-                among = getattr(bpy.data, COLLECTIONS[spec.pointer])
                 described = self.described.get(spec.pointer, {})
-                found = among.get(merged[name])
                 if merged[name] in described:
                     merged[name] = described[merged[name]]
                     continue
-                if found is None:
-                    what = spec.pointer.lower()
-                    known = hint(merged[name], [*among.keys(), *described])
-                    text = f"{name}: no {what} is called '{merged[name]}'; {known}"
-                    raise entry.error(text, "parameters", name)
+                try:
+                    found = named_block(spec.pointer, merged[name], described)
+                except InputError as error:
+                    raise entry.error(f"{name}: {error}", "parameters", name) from None
                 merged[name] = pointed_at(found, spec.pointer)
         problems = kind.parameters(**merged).problems()
         if problems:

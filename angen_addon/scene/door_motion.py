@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any
 
 from mathutils import Euler, Matrix, Quaternion, Vector
@@ -34,6 +35,8 @@ MOTIONS = [
     ),
     ("SLIDING", "Sliding", "It slides along its width", 2),
 ]  # fmt: skip
+# An object whose matrix has a smaller determinant is flat.
+FLAT = 1e-12
 ROTATIONS = ("rotation_euler", "rotation_quaternion")
 
 
@@ -167,11 +170,22 @@ def shutting_of(obj: Any) -> Matrix:
     matrix.
     """
     for owner in _chain(obj):
-        bases = _keyed_bases(owner)
-        if bases and abs(owner.matrix_basis.determinant()) > 1e-12:
-            now = owner.matrix_world
-            return now @ owner.matrix_basis.inverted() @ bases[0] @ now.inverted_safe()
+        if motions := keyed_motions(owner):
+            return motions[0]
     return Matrix()
+
+
+def keyed_motions(owner: Any, between: int = 0) -> list[Matrix]:
+    """Return the matrices that move an object from its present pose to those of its keyframes.
+
+    `between` is the number of poses after each keyframe, before the next one, that are added. The
+    list is empty without keyframes, or if the object is flat.
+    """
+    if abs(owner.matrix_basis.determinant()) < FLAT:
+        return []
+    now = owner.matrix_world
+    above, back = now @ owner.matrix_basis.inverted(), now.inverted_safe()
+    return [above @ basis @ back for basis in _keyed_bases(owner, between)]
 
 
 def _leaf_box(obj: Any, shutting: Matrix) -> tuple[Vector, Vector, Vector, Vector]:
@@ -217,13 +231,9 @@ def _opening(obj: Any, shutting: Matrix, middle: Vector, width: float) -> Openin
     best: Opening | None = None
     back = shutting.inverted()
     for owner in _chain(obj):
-        now, origin = owner.matrix_world, shutting @ owner.matrix_world.translation
-        # The matrix that the keyframes do not set: the parent's transform as it is now.
-        if abs(owner.matrix_basis.determinant()) < 1e-12:
-            continue
-        above = now @ owner.matrix_basis.inverted()
-        for basis in _keyed_bases(owner):
-            moved = above @ basis @ now.inverted_safe() @ back
+        origin = shutting @ owner.matrix_world.translation
+        for motion in keyed_motions(owner):
+            moved = motion @ back
             way = moved @ middle - middle
             if way.length < MOVED * width or (best and way.length <= best.way.length):
                 continue
@@ -233,12 +243,14 @@ def _opening(obj: Any, shutting: Matrix, middle: Vector, width: float) -> Openin
     return best
 
 
-def _keyed_bases(obj: Any) -> list[Matrix]:
-    """Return the object's basis matrices (`matrix_basis`) at its keyframes."""
+def _keyed_bases(obj: Any, between: int) -> list[Matrix]:
+    """Return the object's basis matrices (`matrix_basis`) at its keyframes, and some between."""
     paths = {"location", *ROTATIONS}
     found = curves(obj, paths)
     frames = sorted({point.co.x for curve in found for point in curve.keyframe_points})
-    return [_basis_at(obj, found, frame) for frame in frames]
+    parts = [n / (between + 1) for n in range(between + 1)]
+    times = [a + (b - a) * part for a, b in pairwise(frames) for part in parts] + frames[-1:]
+    return [_basis_at(obj, found, frame) for frame in times]
 
 
 def _basis_at(obj: Any, found: list[Any], frame: float) -> Matrix:

@@ -16,9 +16,9 @@ from mathutils import Matrix
 from ...sensor_logic.choice import SensorChoice
 from ...sensor_logic.kind import Kind
 from ...sensor_logic.kinds import KINDS
-from ...sensor_logic.logs.error import AngenError, explained
+from ...sensor_logic.logs.error import AngenError, InputError, explained
 from ...sensor_logic.logs.fields import Field
-from ...sensor_logic.logs.wording import METRES, Lengths
+from ...sensor_logic.logs.wording import METRES, Lengths, hint
 from ...sensor_logic.model import Pose, pose_from_matrix
 from ...sensor_logic.parameters import Parameters, specs
 from .animation import is_animated, motion_paths
@@ -349,6 +349,23 @@ def pointed_at(value: Any, kind: str) -> str:
     It is the content of a text datablock, and the name of any other.
     """
     return str(value.as_string() if kind == "Text" else value.name_full)
+
+
+# The list in `bpy.data` of each type of datablock that a parameter can name.
+COLLECTIONS = {"Object": "objects", "Collection": "collections", "Text": "texts"}
+
+
+def named_block(kind: str, name: str, others: Iterable[str] = ()) -> Any:
+    """Return the datablock of a type, such as Object, with this name.
+
+    Raise `InputError` if there is none. Its hint has names of the file's datablocks and `others`.
+    """
+    among = getattr(bpy.data, COLLECTIONS[kind])
+    found = among.get(name)
+    if found is None:
+        known = hint(name, [*among.keys(), *others])
+        raise InputError(f"no {kind.lower()} is called '{name}'; {known}")
+    return found
 
 
 def report_steps(sensor: Sensor) -> dict[str, float]:

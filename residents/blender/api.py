@@ -17,7 +17,7 @@ from ...angen_addon.api import home
 from ...angen_addon.runtime.simulation import Progress
 from ...angen_addon.runtime.time_base import evaluated_depsgraph
 from ...angen_addon.scene.instances import objects_of
-from ...angen_addon.scene.sensors import Sensor, unit_scale
+from ...angen_addon.scene.sensors import Sensor, named_block, unit_scale
 from ...sensor_logic.logs.error import AngenError, InputError, explained
 from ...sensor_logic.logs.log import parse_date
 from ...sensor_logic.logs.wording import hint
@@ -26,6 +26,7 @@ from ..acting.timeline import LYING, SITTING, STANDING
 from ..body.skeleton import Sort
 from ..days.rows import Day
 from ..routine.routine import time_of_day
+from ..routine.timetable import check_covers
 from .marks import LABELS
 from .places import read_places
 from .run import HouseholdDays, Plan, run_days
@@ -117,6 +118,9 @@ class Home(home.Home):
         found = self._simulated(sensors)
         plan = Plan.read(Path(routine), Path(diary) if diary is not None else None)
         household = household_of(found, plan, start, seed)
+        dates = household.start, days, str(diary)
+        for text in check_covers(plan.diary, plan.first, plan.routine.persons, *dates):
+            warnings.warn(text, stacklevel=2)
 
         def report(number: int, step: Progress) -> None:
             if progress is not None:
@@ -216,7 +220,8 @@ class Home(home.Home):
         """Mark the object of this name with what residents do there, such as SIT, LIE or DOOR.
 
         `settings` are the settings in the panel Resident's Place, such as `room="kitchen"`. A
-        setting that is left out is guessed. Raise `AngenError` if an argument is invalid.
+        setting that is left out is guessed. Where one is an object, give its name. Raise
+        `AngenError` if an argument is invalid.
         """
         self.all_sensors()
         obj = bpy.data.objects.get(object)
@@ -236,9 +241,11 @@ class Home(home.Home):
         # Setting `use` guesses the other settings.
         group.use = use
         for key, value in settings.items():
-            if key == "switch" and isinstance(value, str):
-                value = bpy.data.objects.get(value)
-            with explained(f"'{object}': {key}", TypeError, ValueError, raised=AngenError):
+            with explained(
+                f"'{object}': {key}", TypeError, ValueError, InputError, raised=AngenError
+            ):
+                if group.bl_rna.properties[key].type == "POINTER" and isinstance(value, str):
+                    value = named_block("Object", value)
                 setattr(group, key, value)
 
     def places(self) -> dict[str, Place]:

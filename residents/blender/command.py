@@ -36,6 +36,7 @@ from ...sensor_logic.logs.wording import part_is, percent
 from ..acting.timeline import Acted
 from ..days.rows import EVENTS
 from ..days.truth import DAY_S
+from ..routine.timetable import check_covers
 from . import reachable
 from .folder import Folder, check_dates
 from .run import LARGEST_SEED, HouseholdDays, Plan, moved_share, run_days
@@ -194,6 +195,8 @@ def _run(options: argparse.Namespace, sensors: list[Sensor]) -> bool:
     check_not_read([options.out / EVENTS])
     scene = bpy.context.scene
     plan = Plan.read(options.routine, options.diary)
+    days = options.start, options.days, str(options.diary)
+    told = check_covers(plan.diary, plan.first, plan.routine.persons, *days)
     household = HouseholdDays(scene, chosen_sensors, plan, options.start, options.seed)
     if options.worker:
         # This never returns: the process that started this one ends it, and writes the tables.
@@ -201,6 +204,8 @@ def _run(options: argparse.Namespace, sensors: list[Sensor]) -> bool:
         _make(household, folder, days_of_worker(), lambda *_: None)
     # Act the first day now: errors come before anything is written.
     household.acted(0)
+    for text in told:
+        note(text)
     _note_new(household)
     folder = Folder(options.out, household, options.format, options.samples)
     return _all(household, folder, options)

@@ -51,7 +51,7 @@ class ANGEN_OT_day_run(LongWork, Operator):
         "that are complete"
     )
     bl_options = {"REGISTER"}
-    esc = "keeps the days that are complete"
+    esc = "Esc keeps the days that are complete"
     _playhead = (0, 0.0)
 
     @classmethod
@@ -114,7 +114,7 @@ class ANGEN_OT_day_run(LongWork, Operator):
         if not result.whole:
             kept = "No day is complete, so nothing is kept"
         elif result.whole < settings.days:
-            kept += "; press Run Days again to continue with the next day"
+            kept += ". Press Run Days again to continue with the next day"
         if result.problem is not None:
             raise AngenError(f"{result.problem}. {kept}")
         self.report({"INFO"}, translated(kept))
@@ -157,7 +157,9 @@ def _simulate_days(household: HouseholdDays, folder: Folder, days: int) -> Work[
                 if number not in spans:
                     spans = {number: household.acted(number).spans(0.0, DAY_S)}
                 part = made + moved_share(spans[number], now.share)
-                text = f"day {number + 1} of {days}" + (f", {now.doing}" if now.doing else "")
+                text = f"day {number + 1} of {days}"
+                if now.doing:
+                    text = f"day {number + 1} of {days}, {now.doing}"
                 yield Doing(ACTED + (1.0 - ACTED) * part / len(left), text, slow=bool(now.doing))
     except Enough:
         pass

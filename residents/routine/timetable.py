@@ -14,13 +14,14 @@ import io
 import math
 import random
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import date, datetime, time, timedelta
 from math import inf
 from statistics import NormalDist
 
 from ...sensor_logic.logs.error import InputError, explained
+from ...sensor_logic.logs.wording import listed, named
 from .routine import (
     AWAY,
     DAY,
@@ -420,9 +421,77 @@ def read_all(contents: Mapping[str, str]) -> tuple[date, list[Segment]]:
     return first, [segment for segments in found.values() for segment in segments]
 
 
+# s: a time without activities in a diary that is so long is told. Assumed.
+LONG_GAP = 4 * 3600.0
+
+
+def check_covers(
+    segments: Sequence[Segment],
+    first: date | None,
+    persons: Collection[str],
+    start: date,
+    days: int,
+    name: str,
+) -> list[str]:
+    """Return a sentence on each person whom a diary leaves out for long on the days to simulate.
+
+    Parameters
+    ----------
+    segments, first
+        The diary, as `read_all` returns it; None for no diary.
+    persons
+        The persons of the routine.
+    start, days
+        The first day to simulate, and the number of days.
+    name
+        The name of the diary, used in errors and sentences.
+
+    Raises
+    ------
+    InputError
+        If the diary says nothing of the first day or of any person of the routine.
+    """
+    if first is None:
+        return []
+    rows = [one for one in segments if one.where]
+    known = [one for one in rows if one.person in persons]
+    if not known:
+        raise InputError(
+            f"{name} is of {named({one.person for one in rows})}, and the routine has only "
+            f"{named(persons)}: give both the same names"
+        )
+    begin = (start - first).days * DAY
+    end = begin + days * DAY
+    if not any(one.start < begin + DAY and one.end > begin for one in known):
+        last = first + timedelta(int((max(one.end for one in known) - 1) // DAY))
+        earliest = first + timedelta(int(min(one.start for one in known) // DAY))
+        span = str(last) if earliest == last else f"{earliest} to {last}"
+        raise InputError(f"{name} says nothing of {start}: begin on one of its days, {span}")
+    found = []
+    for person in persons:
+        mine = [one for one in rows if one.person == person and one.end > begin]
+        ends = [begin, *(one.end for one in mine)]
+        begins = [*(one.start for one in mine), end]
+        gaps = [(a, min(b, end)) for a, b in zip(ends, begins, strict=True)]
+        long = [f"{_shown(first, a)} to {_shown(first, b)}" for a, b in gaps if b - a >= LONG_GAP]
+        if long:
+            found.append(
+                f"{name} says nothing of '{person}' from {listed(long)}: '{OTHER}' is done then"
+            )
+    if others := {one.person for one in rows} - set(persons):
+        found.append(f"{name}: the routine has no {named(sorted(others))}, whose rows are left out")
+    return found
+
+
+def _shown(first: date, seconds: float) -> str:
+    return f"{datetime.combine(first, time()) + timedelta(seconds=seconds):%Y-%m-%d %H:%M}"
+
+
 def _rows(content: str, name: str) -> list[tuple[int, datetime, datetime, str, str]]:
     """Return line, start, end, person and activity of each row of a diary's file."""
-    rows = csv.DictReader(io.StringIO(content))
+    head = content.partition("\n")[0]
+    # As Excel writes where numbers have decimal commas.
+    rows = csv.DictReader(io.StringIO(content), delimiter="," if "," in head else ";")
     missing = [column for column in COLUMNS if column not in (rows.fieldnames or ())]
     if missing:
         raise InputError(f"{name}, line 1: the column {missing[0]!r} is missing")

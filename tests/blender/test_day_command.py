@@ -124,7 +124,7 @@ def test_what_was_kept_is_gone_on_with(
             steps.append(step)
             if len(steps) == 3:
                 grown.append((home.parent / "parts" / "events.csv").read_bytes())
-                os.kill(os.getpid(), signal.SIGINT)
+                signal.raise_signal(signal.SIGINT)
             yield step
         raise AssertionError("Ctrl-C was not heard")
 
@@ -157,6 +157,30 @@ def test_days_depend_on_themselves_alone(day: Any, home: Path, lived: Callable[.
         assert later == [row for row in alone if row[key] > "2026-03-03T00:00:01"]
         first = [row[key][11:] for row in both if row[key] < "2026-03-03"]
         assert first != [row[key][11:] for row in alone]
+
+
+def test_a_log_that_excel_has_open_on_windows_while_days_are_made(
+    day: Any, home: Path, lived: Callable[..., Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It grows again once it is closed, and the days go on meanwhile."""
+    lived(2)
+    out, rename, opened = home.parent / "parts", os.rename, [True]
+    write(out, FIRST_DAY, LIVED[2])
+    (out / "events.csv").write_bytes(b"a former run")
+
+    def guarded(old: Any, new: Any, **options: Any) -> None:
+        if opened and str(out / "events.csv") in (str(old), str(new)):
+            raise PermissionError(13, "Permission denied", str(old), 32, str(new))
+        rename(old, new, **options)
+
+    monkeypatch.setattr(os, "rename", guarded)
+    status, told = day(out="parts")
+    assert status == 1 and "another program has" in told and "events.csv open" in told
+    assert (out / "days" / "2026-03-03.json").is_file()
+    assert (out / "events.csv").read_bytes() == b"a former run"
+    opened.clear()
+    assert day(out="parts")[0] == 0
+    assert content(out) == LIVED[2]
 
 
 def test_a_full_disk_is_one_line_and_keeps_whole_days(
@@ -391,6 +415,31 @@ def test_what_a_diary_begins_with_at_midnight_was_begun_before(
     assert (acted.where[0].posture, acted.where[0].place) == ("lying", "Bed")
     sleep = acted.activities[0]
     assert (sleep.activity, sleep.start) == ("Sleep", 0.0) and sleep.end == pytest.approx(7 * 3600)
+
+
+def test_days_that_a_diary_lacks_are_told(day: Any, home: Path) -> None:
+    diary = home.parent / "diary.csv"
+    head = "start,end,person,activity\n"
+    diary.write_text(f"{head}2026-04-02 00:00,2026-04-03 00:00,anna,Sleep\n")
+    status, told = day("--diary", diary, days=1)
+    assert status != 0 and not (home.parent / "out").exists()
+    assert told == (
+        f"angen: {diary} says nothing of 2026-03-02: begin on one of its days, 2026-04-02\n"
+    )
+    diary.write_text(f"{head}2026-03-01 00:00,2026-03-02 19:00,anna,Sleep\n")
+    with pytest.warns(UserWarning, match="'anna' from 2026-03-02 19:00 to 2026-03-03 00:00: 'Oth"):
+        next(
+            Home.open(home).days(
+                home.parent / "week.toml", "2026-03-02", sensors=["Contact"], diary=diary
+            )
+        )
+
+
+def test_a_contact_that_never_closes_is_told_after_the_days(day: Any, home: Path) -> None:
+    bpy.data.objects["Contact"].angen_sensor.contact.close_distance = 0.005
+    status, told = day("--sensor", "Contact", days=1)
+    assert status == 0
+    assert "'Contact': its magnet 'Magnet' comes no nearer than 0.0071 m, and it closes" in told
 
 
 def test_a_folder_of_diaries_is_one_diary(

@@ -203,6 +203,20 @@ def under_a_chair():
 flat = setting("Chair 1", "scale", (1.0, 1.0, 0.0))
 beam_of_nothing = setting("Switch", "angen_sensor.optical_switch.threshold", 0.001)
 no_magnet = setting("Switch", "angen_sensor.kind", "CONTACT")
+
+
+def far_magnet():
+    """Make the switch a contact, and its magnet miss it by 30 mm where the door is shut."""
+    door, contact = bpy.data.objects["Door"], bpy.data.objects["Switch"]
+    magnet = bpy.data.objects.new("Magnet", None)
+    bpy.context.scene.collection.objects.link(magnet)
+    magnet.parent = door
+    magnet.location = (0.8, 0.03, 1.9)
+    contact.angen_sensor.kind = "CONTACT"
+    contact.angen_sensor.contact.magnet = magnet
+    contact.location, contact.rotation_euler = (0.3, -1.4, 1.91), (0.0, 0.0, 0.0)
+
+
 plugless = setting("Switch", "angen_sensor.kind", "APPLIANCE")
 hidden = setting("Chair 1", "hide_viewport", True)
 cold = setting("Person", "angen_warmth.use_temperature", False)
@@ -215,6 +229,8 @@ BAD = {
     "background": (background, "of the background set 'Street': 'House'", "Clear Background Set"),
     "unreachable": (beam_of_nothing, "'Switch': the threshold (0.001 m) is not", "Raise"),
     "names_none": (no_magnet, "'Switch' has no magnet", "Choose its Magnet"),
+    "magnets": (far_magnet, "'Switch': its magnet 'Magnet' comes no nearer than 0.0300 m, and it "
+                            "closes at 0.015 m", "Move the magnet to the contact"),
     "watches": (plugless, "'Switch' watches no object", "Choose what it Watches"),
     "hidden": (hidden, "'Chair 1'", "Show them"),
     "no_faces": (bare, "'Chair 1'", "Fill the edges with faces"),
@@ -413,6 +429,23 @@ def test_nothing_is_wrong_with_a_good_home_in_an_instance(home, examine):
         "still_doors",
         "Doors with a switch on them that are not animated: 'Door'",
     )
+
+
+def test_a_magnet_that_keyframes_bring_near_closes_its_contact(home, examine):
+    far_magnet()
+    magnet, door = bpy.data.objects["Magnet"], bpy.data.objects["Door"]
+    magnet.location.y = 0.005
+    for frame in (1, 24):
+        bpy.context.scene.frame_set(frame)
+        assert examine() == []
+    # Shut between two keyframes alone.
+    home.key(door, "rotation_euler", {1: (0, 0, radians(-80)), 24: (0, 0, radians(80))})
+    assert examine() == []
+    # A driver can bring it anywhere.
+    magnet.location.z = 1.8
+    assert [finding.check for finding in examine()] == ["magnets"]
+    magnet.driver_add("location", 0)
+    assert "magnets" not in {finding.check for finding in examine()}
 
 
 def test_residents_that_live_by_a_routine_move(lived_home, examine):

@@ -362,6 +362,22 @@ def test_the_command_saves_a_copy_or_nothing(world, tmp_path, capsys):
     assert [s.name for s in world.sensors()] == ["new"]
 
 
+def test_a_contact_that_its_magnet_never_closes_is_told(kitchen, tmp_path, capsys):
+    home, layout, saved = (tmp_path / name for name in ("a.blend", "l.json", "b.blend"))
+    bpy.ops.wm.save_as_mainfile(filepath=str(home))
+    told = (
+        "'Contact fridge': its magnet 'Magnet fridge' comes no nearer than 0.0300 m, and it closes "
+        "at 0.015 m: it is always open"
+    )
+    words = ["apply", str(layout), "--save", str(saved)]
+    for far, is_told in (((2.2, 1.73, 1.7), True), ((2.2, 1.71, 1.7), False)):
+        layout.write_text(json.dumps([fridge_contact(location=far)]))
+        assert run(words) == 0
+        assert (told in capsys.readouterr().err) is is_told
+        assert bpy.ops.angen.import_layout(filepath=str(layout)) == {"FINISHED"}
+        assert (told in capsys.readouterr().out) is is_told
+
+
 def test_others_that_cannot_be_switched_are_told_with_the_line(world, home, apply, error):
     world.key(bpy.data.objects["turned"], "angen_sensor.enabled", {1: True, 9: False}, "CONSTANT")
     with pytest.raises(error, match=r"home.json, line 2: 'turned': enabled is animated"):

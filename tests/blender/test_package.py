@@ -139,6 +139,20 @@ def test_a_new_sensor_stands_and_looks_as_asked_for_and_is_saved(home, run, tmp_
     assert out.strip().replace("-0.0,", "0.0,") == f"{pose} 2.5 PIR"
 
 
+def test_objects_are_set_by_their_names_and_one_sensor_by_its_name_alone(home, run) -> None:
+    out = run(
+        "import angen_sensors\n"
+        "home = angen_sensors.open('home.blend')\n"
+        "contact = home.add('CONTACT', 'New')\n"
+        "contact.magnet = 'PIR hall'\n"
+        "print(contact.magnet.name, contact.parameters['magnet'])\n"
+        "contact.magnet = None\n"
+        "print(contact.magnet)\n"
+        "print({row.sensor for row in home.simulate(sensors='New').events})\n"
+    )
+    assert out.splitlines() == ["PIR hall PIR hall", "None", "{'New'}"]
+
+
 def test_lengths_are_metres_whatever_the_unit_scale(world, run, tmp_path) -> None:
     world.scene.unit_settings.scale_length = 0.01
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "home.blend"))
@@ -167,6 +181,16 @@ WRONG = [
     ("home.apply('script.py')", ["script.py, line 1: not valid JSON at column 1"]),
     ("home.simulate(frames=(5, 1))", ["frames 5 to 1"]),
     ("home.simulate(sensors=['no'])", ["'no'"]),
+    ("home.simulate(sensors=[])", ["sensors is empty", "None for all"]),
+    ("home.live('plan.toml', sensors=())", ["sensors is empty"]),
+    (
+        "setattr(home.add('CONTACT', 'New'), 'magnet', 'PIR hal')",
+        ["'New': magnet: no object is called 'PIR hal'; did you mean PIR hall?"],
+    ),
+    (
+        "home.mark('PIR hall', 'LAMP', switch='PIR hal')",
+        ["'PIR hall': switch: no object is called 'PIR hal'; did you mean PIR hall?"],
+    ),
     ("home.simulate().samples('no')", ["'no'", "PIR hall"]),
     ("home.simulate().write('x', format='word')", ["word", "casas"]),
     ("home.simulate().write('none/x')", ["path: the folder none does not exist"]),

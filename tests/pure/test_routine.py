@@ -9,6 +9,7 @@ import math
 import re
 import tomllib
 from collections import defaultdict
+from collections.abc import Sequence
 from dataclasses import replace
 from datetime import date, datetime, timedelta
 from itertools import pairwise
@@ -229,6 +230,10 @@ ROWS = """start,end,person,activity
 """
 
 
+def test_a_diary_that_excel_in_german_has_saved_is_the_same() -> None:
+    assert diary.read(ROWS.replace(",", ";"), "diary.csv") == diary.read(ROWS, "diary.csv")
+
+
 def test_a_diary_is_taken_as_it_stands() -> None:
     first, segments = diary.read(ROWS, "diary.csv")
     assert first == MONDAY
@@ -256,6 +261,45 @@ def test_a_diary_that_cannot_be_is_told_with_its_line(old: str, new: str, told: 
     with pytest.raises(InputError, match=r"^diary\.csv, ") as caught:
         diary.read(ROWS.replace(old, new), "diary.csv")
     assert told in str(caught.value)
+
+
+def left_out(rows: str, start: date, days: int, persons: Sequence[str] = ("anna",)) -> list[str]:
+    first, segments = diary.read(f"start,end,person,activity\n{rows}", "d.csv")
+    return diary.check_covers(segments, first, persons, start, days, "d.csv")
+
+
+NIGHT = "2026-03-02 00:00,2026-03-03 06:30,anna,Sleep\n"
+
+
+def test_a_diary_without_the_first_day_is_refused_with_its_days() -> None:
+    for start in (MONDAY - timedelta(1), MONDAY + timedelta(2)):
+        with pytest.raises(InputError) as caught:
+            left_out(NIGHT, start, 7)
+        assert str(caught.value) == (
+            f"d.csv says nothing of {start}: begin on one of its days, 2026-03-02 to 2026-03-03"
+        )
+
+
+def test_a_diary_of_others_is_refused_with_their_names() -> None:
+    with pytest.raises(InputError, match=r"^d\.csv is of 'anna', and the routine has only 'bo':"):
+        left_out(NIGHT, MONDAY, 1, ["bo"])
+
+
+def test_long_gaps_of_a_diary_are_told_with_whom_and_when() -> None:
+    assert left_out(NIGHT, MONDAY, 1) == []
+    [gap] = left_out(NIGHT, MONDAY, 3)
+    assert gap == (
+        "d.csv says nothing of 'anna' from 2026-03-03 06:30 to 2026-03-05 00:00: 'Other' is done "
+        "then"
+    )
+    # Gaps within a day, and a person of whom it has nothing.
+    rows = NIGHT + "2026-03-03 11:00,2026-03-04 00:00,anna,Meal\n"
+    inner, other = left_out(rows, MONDAY, 2, ["anna", "bo"])
+    assert "'anna' from 2026-03-03 06:30 to 2026-03-03 11:00:" in inner
+    assert "'bo' from 2026-03-02 00:00 to 2026-03-04 00:00:" in other
+    assert left_out(rows.replace("11:00", "10:00"), MONDAY, 2) == []
+    [stranger] = left_out(NIGHT + NIGHT.replace("anna", "eve"), MONDAY, 1)
+    assert stranger == "d.csv: the routine has no 'eve', whose rows are left out"
 
 
 def test_a_routine_without_fillers_goes_on_with_what_was_done() -> None:

@@ -10,6 +10,7 @@ import builtins
 import importlib
 import io
 import os
+import re
 import sys
 import types
 import unicodedata
@@ -112,6 +113,11 @@ def test_a_folder_that_cannot_be_opened_as_a_file(tmp_path, monkeypatch):
         raise PermissionError(13, "Permission denied", str(path))
 
     monkeypatch.setattr(builtins, "open", refuse)
+    monkeypatch.setattr(io, "open", refuse)
+    with pytest.raises(InputError, match=f"cannot read {re.escape(str(tmp_path))}: Is a directory"):
+        files.read_text(tmp_path)
+    with pytest.raises(InputError, match="Permission denied"):
+        files.read_text(tmp_path / "log.csv")
     assert unreadable(tmp_path) == f"{tmp_path} is a folder; give a blend file"
 
 
@@ -223,8 +229,9 @@ def test_a_zone_where_the_system_has_no_list_of_time_zones(monkeypatch):
     before = zoneinfo.TZPATH
     zoneinfo.reset_tzpath([])
     zoneinfo.ZoneInfo.clear_cache()
-    # The package tzdata, which the project installs on Windows.
-    monkeypatch.setitem(sys.modules, "tzdata", None)
+    # The package tzdata, which the project installs on Windows, and what of it is loaded.
+    for name in ["tzdata", *(name for name in sys.modules if name.startswith("tzdata."))]:
+        monkeypatch.setitem(sys.modules, name, None)
     try:
         with pytest.raises(InputError, match="no list of time zones: pip install tzdata"):
             convert._zone("Europe/Stockholm")

@@ -119,7 +119,7 @@ def _joined(routines: Iterable[Routine]) -> Routine:
         found = Routine(
             {**found.persons, **one.persons},
             {**found.activities, **one.activities},
-            (),
+            found.plans + one.plans,
             found.fillers + one.fillers,
             found.interruptions + one.interruptions,
             (),

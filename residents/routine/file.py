@@ -281,7 +281,7 @@ def _entry(row: TomlTable, activities: set[str]) -> FixedPoint:
     found = FixedPoint(
         row.one_of("activity", activities),
         at,
-        row.take("spread", seconds, 0.0),
+        row.take("spread", _spreads, (0.0, 0.0)),
         lasts,
         until,
         row.take("varies", _spread, (VARIES, VARIES)),
@@ -401,6 +401,15 @@ def _positive(value: Any) -> float:
     if not 0 < found <= 30 * DAY:
         raise ValueError(f"{value!r} must be above 0 and at most 30 days")
     return found
+
+
+def _spreads(value: Any) -> tuple[float, float]:
+    """Read the spread of a start and an end: a duration for both, or one for each."""
+    if not isinstance(value, list):
+        return seconds(value), seconds(value)
+    if len(value) != 2:
+        raise ValueError('give one duration, or two for start and end, such as ["5 min", "20 min"]')
+    return seconds(value[0]), seconds(value[1])
 
 
 def _spread(value: Any) -> Spread:

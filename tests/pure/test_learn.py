@@ -471,6 +471,35 @@ def test_without_a_routine_of_the_home_one_line_says_what_to_fill_in(
     assert status == 0 and told.count("\n") == 1 and "fill in what is done ('do')" in told
 
 
+def test_a_log_is_compared_with_a_folder_of_diaries(angen: Angen, given: Path) -> None:
+    days, one = given / "diaries", given / "one.csv"
+    assert angen("learn", given / "log.csv", "--diaries", 6, days)[0] == 0
+    # The nights that midnight cuts are whole again.
+    _, rows = diary.read_all({str(p): p.read_text() for p in sorted(days.glob("*.csv"))})
+    zero = datetime.combine(
+        date.fromisoformat(min(p.stem for p in days.iterdir())), datetime.min.time()
+    )
+    one.write_text(
+        table(
+            [
+                Done(*(zero + timedelta(seconds=at) for at in (row.start, row.end)), row.activity)
+                for row in rows
+                if row.activity != "Other"
+            ]
+        )
+    )
+    # A day without activities is a day too.
+    (days / "none.csv").write_text("start,end,person,activity\n")
+    found = [angen("compare", given / "log.csv", of) for of in (days, one)]
+    assert [status for status, *_ in found] == [0, 0]
+    assert found[0][1].replace("diaries", "one.csv") == found[1][1]
+    assert "Sleep" in found[0][1]
+    # Nor is a folder with anything else a log of activities.
+    (days / "other.csv").write_text("a,b\n")
+    status, _, told = angen("compare", given / "log.csv", days)
+    assert status == 2 and "has no activities: give" in told
+
+
 def test_drawn_days_are_a_diary(angen: Angen, given: Path) -> None:
     found = []
     for seed in (1, 1, 2):

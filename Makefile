@@ -16,7 +16,7 @@ export PYTHON BPY BLENDER VENV LINT_VENV
 .PHONY: help venv demo test test-all golden readers mqtt bench lint docs pictures zip assets downloads sample clean
 
 help: ## this list
-	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' Makefile | expand -t 10
+	@awk -F':.*## ' '/^[a-z-]+:.*## / { printf "%-10s%s\n", $$1, $$2 }' Makefile
 	@sed -n 's/^#   /          /p' Makefile
 
 demo: ## simulate the sample home and show what its sensors saw
@@ -36,10 +36,9 @@ readers: ## read the files of all formats with programs that others wrote (800 M
 	@BPY= $(DEV) venv $(READERS_VENV) readers
 	@ANGEN_READERS=1 $(READERS_VENV)/bin/python -m pytest -q tests/readers $(ARGS)
 
-mqtt: venv ## replay into a real broker (fetches mosquitto and paho-mqtt into build/)
+mqtt: venv ## send to a real broker (fetches mosquitto into build/)
 	@sh scripts/get_mosquitto.sh build/mosquitto
-	@[ -d build/mqtt/paho ] || $(RUN) -m pip install -q --disable-pip-version-check --target build/mqtt 'paho-mqtt~=2.1'
-	@ANGEN_MQTT=1 PYTHONPATH=build/mqtt $(RUN) -m pytest -q tests/mqtt $(ARGS)
+	@ANGEN_MQTT=1 $(RUN) -m pytest -q tests/mqtt $(ARGS)
 
 bench: venv ## measure speed against error; writes docs/benchmarks.md (ARGS=--quick: a glance)
 	@sh scripts/add_engines.sh $(VENV)

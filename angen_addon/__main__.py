@@ -16,7 +16,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import NoReturn
 
-from .process.console import leave_hard, note, write_message
+from .process.console import leave_hard, note, prepare_output, write_message
 from .process.standalone import PACKAGE, load_extension, open_file, unreadable
 from .process.system import fill_closed_streams, standard_output_silenced
 
@@ -43,6 +43,7 @@ def main(arguments: list[str]) -> int:
     `arguments` are the words after the program's name: the subcommand, the blend file and the
     options.
     """
+    prepare_output()
     for name, value in ONE_THREAD.items():
         os.environ.setdefault(name, value)
     extension = load_extension()

@@ -11,7 +11,7 @@ from bpy.types import Context, Menu, Operator
 
 from ..angen_addon.authoring.presets import find_preset, new_sensor
 from ..angen_addon.scene.home.rooms import fill_room
-from ..angen_addon.translations.interface import translated
+from ..angen_addon.translations.interface import translated, translating
 from ..sensor_logic.kind import Preset
 from ..sensor_logic.kinds import KINDS
 from ..sensor_logic.logs.error import AngenError
@@ -66,8 +66,10 @@ class ANGEN_OT_sensor_add(Operator):
         sensor = new_sensor(context, self.kind, preset)
         sensor.matrix_world = context.scene.cursor.matrix
         fill_room(context.evaluated_depsgraph_get(), sensor, context.scene.cursor.location)
-        part = f" ({preset.label})" if preset is not None else ""
-        self.report({"INFO"}, translated(f"Added '{sensor.name}'{part} at the 3D cursor"))
+        text = f"Added '{sensor.name}' at the 3D cursor"
+        if preset is not None:
+            text = f"Added '{sensor.name}' ({preset.label}) at the 3D cursor"
+        self.report({"INFO"}, translated(text))
         return {"FINISHED"}
 
 
@@ -93,6 +95,7 @@ def _draw_kinds(layout: Any, operator: str, text: str) -> None:
         item.kind, item.preset = kind.identifier, kind.part
 
 
+@translating
 def draw_in_add_menu(self: Any, context: Context) -> None:
     self.layout.menu(ANGEN_MT_sensor_add.bl_idname, icon="OUTLINER_DATA_LIGHTPROBE")
 

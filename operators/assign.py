@@ -12,7 +12,7 @@ from bpy.types import Context, Menu, Operator
 from ..angen_addon.advice.sensing import without_surface
 from ..angen_addon.scene.home.rooms import fill_room
 from ..angen_addon.scene.instances import stands_for
-from ..angen_addon.translations.interface import translated
+from ..angen_addon.translations.interface import translated, translating
 from ..sensor_logic.kind import FORCES
 from ..sensor_logic.kinds import KINDS, NO_KIND
 from ..sensor_logic.logs.wording import uncapitalized
@@ -82,6 +82,7 @@ class ANGEN_MT_object_sensor(Menu):
         layout.operator("angen.door_fit", icon="SNAP_EDGE")
 
 
+@translating
 def draw_in_object_menu(self: Any, context: Context) -> None:
     self.layout.separator()
     self.layout.menu(ANGEN_MT_object_sensor.bl_idname, icon="OUTLINER_DATA_LIGHTPROBE")

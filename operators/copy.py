@@ -13,6 +13,7 @@ from ..angen_addon.scene.instances import is_sensor, stands_for
 from ..angen_addon.translations.interface import translated
 from ..sensor_logic.kind import Kind
 from ..sensor_logic.kinds import KINDS
+from ..sensor_logic.logs.wording import listed, plural
 from ..sensor_logic.parameters import specs
 from .polls import cancelled, needs
 
@@ -78,7 +79,7 @@ class ANGEN_OT_copy_to_selected(Operator):
                 continue
             reason = _why_not(obj, kind)
             if reason:
-                left_out.append(f"'{obj.name}' ({reason})")
+                left_out.append(f"'{obj.name}' ({translated(reason)})")
                 continue
             for name in names:
                 setattr(_owner(obj, kind, name), name, getattr(_owner(source, kind, name), name))
@@ -86,10 +87,9 @@ class ANGEN_OT_copy_to_selected(Operator):
                 obj.angen_sensor.preset = source.angen_sensor.preset
             done += 1
         what = f"{len(names)} settings" if len(names) > 1 else names[0]
-        report = f"Copied {what} from '{source.name}' to {done} sensor{'' if done == 1 else 's'}"
+        report = f"Copied {what} from '{source.name}' to {plural(done, 'sensor')}"
         if left_out:
-            rest = f" and {len(left_out) - SHOWN} more" if len(left_out) > SHOWN else ""
-            report += f"; left out: {', '.join(left_out[:SHOWN])}{rest}"
+            report += f". Left out: {listed(left_out, SHOWN)}"
         self.report({"INFO" if done else "ERROR"}, translated(report))
         return {"FINISHED" if done else "CANCELLED"}
 

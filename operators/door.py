@@ -42,7 +42,7 @@ BEFORE, BEHIND = 0.3, 0.3
 # Hz. At 1 Hz, the default, a door reads shut for up to a second after it has opened.
 RATE = 10.0
 GUESS = (
-    ". Nothing shows where its hinge is: it is assumed at the {}, seen from the switch. To change "
+    "Nothing shows where its hinge is: it is assumed at the {}, seen from the switch. To change "
     "that, choose another Motion in Adjust Last Operation (F9)"
 )
 
@@ -94,14 +94,14 @@ class ANGEN_OT_door_fit(Operator):
             self.report({"WARNING"}, translated(f"'{sensor.name}': {problem}"))
         else:
             kind = "sliding" if leaf.slides else "hinged"
-            guess = GUESS.format(leaf.hand.lower()) if leaf.guessed else ""
-            self.report(
-                {"INFO"},
-                translated(
-                    f"Fitted the {kind} door '{leaf_object.name}': '{sensor.name}' on "
-                    f"'{frame.object.name}', '{flag.name}' on the leaf{guess}"
-                ),
+            text = (
+                f"Fitted the {kind} door '{leaf_object.name}': '{sensor.name}' on "
+                f"'{frame.object.name}', '{flag.name}' on the leaf"
             )
+            if leaf.guessed:
+                side = "left" if leaf.hand == "LEFT" else "right"
+                text += f". {GUESS.format(side)}"
+            self.report({"INFO"}, translated(text))
         return {"FINISHED"}
 
 
@@ -137,9 +137,8 @@ def _frame_of(
             found = [(turned, hit)] if hit else []
         if found:
             return found[0]
-    what = (
-        "no part of " + ", ".join(f"'{o.name}'" for o in frames) if frames else "no frame or wall"
-    )
+    names = ", ".join(f"'{o.name}'" for o in frames)
+    what = f"no part of {names}" if frames else "no frame or wall"
     raise AngenError(
         f"{what} is behind its free upper corner, up to 16 cm above its top: select the frame or "
         "wall there, then the leaf"

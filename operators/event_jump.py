@@ -70,9 +70,20 @@ class ANGEN_OT_event_jump(Operator):
         earlier = [f for f in frames if f < now - 1e-4]
         ahead = later[:1] if self.direction == "NEXT" else earlier[-1:]
         if not ahead:
-            side = "after" if self.direction == "NEXT" else "before"
-            what = "event" if len(frames) == len(every) else "change of state"
-            self.report({"INFO"}, translated(f"'{track.sensor}' has no {what} {side} this frame"))
+            name, is_next = f"'{track.sensor}'", self.direction == "NEXT"
+            if len(frames) == len(every):
+                text = (
+                    f"{name} has no event after this frame"
+                    if is_next
+                    else f"{name} has no event before this frame"
+                )
+            else:
+                text = (
+                    f"{name} has no change of state after this frame"
+                    if is_next
+                    else f"{name} has no change of state before this frame"
+                )
+            self.report({"INFO"}, translated(text))
             return {"CANCELLED"}
         substeps = recording.clock.substeps if recording.clock else 1
         step = round(ahead[0] * substeps)

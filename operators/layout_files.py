@@ -17,7 +17,7 @@ from ..angen_addon.layout.marks import marks_of
 from ..angen_addon.output.output_files import write
 from ..angen_addon.relative_path import RELATIVE_PATH, ChosenFile
 from ..angen_addon.scene.sensors import all_sensors
-from ..angen_addon.translations.interface import translated
+from ..angen_addon.translations.interface import translated, translating
 from ..sensor_logic.logs.error import AngenError, InputError
 from ..sensor_logic.logs.files import check_folder
 from ..sensor_logic.logs.wording import plural
@@ -105,10 +105,12 @@ class ANGEN_OT_export_layout(Operator, ChosenFile, ExportHelper):
 MENU_TEXT = "Sensor Layout (.json)"
 
 
+@translating
 def draw_in_import_menu(self: Any, context: Context) -> None:
     self.layout.operator(ANGEN_OT_import_layout.bl_idname, text=MENU_TEXT)
 
 
+@translating
 def draw_in_export_menu(self: Any, context: Context) -> None:
     self.layout.operator(ANGEN_OT_export_layout.bl_idname, text=MENU_TEXT)
 

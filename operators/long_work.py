@@ -46,8 +46,8 @@ class LongWork:
     throws the exception `Enough` into the generator.
     """
 
-    # The status bar says what Esc does: "Esc cancels".
-    esc = "cancels"
+    # The status bar says what Esc does.
+    esc = "Esc cancels"
     # What the operator has.
     bl_idname: str
     bl_label: str
@@ -137,10 +137,10 @@ class LongWork:
         """Show the progress in the status bar, at the mouse pointer and in the sidebar."""
         share = 100.0 * doing.share
         context.window_manager.progress_update(share)
-        far = ", ".join(filter(None, [f"{share:.0f} %", self._left.text()]))
-        how = ", ".join(filter(None, [far, doing.text]))
-        label = self.bl_label
-        context.workspace.status_text_set(f"{label}: {how}. Esc {self.esc}")
+        far = ", ".join(filter(None, [f"{share:.0f} %", translated(self._left.text())]))
+        how = ", ".join(filter(None, [far, translated(doing.text)]))
+        label, esc = translated(self.bl_label), translated(self.esc)
+        context.workspace.status_text_set(f"{label}: {how}. {esc}")
         # A running operator's own bl_idname reads ANGEN_OT_work, that of its class angen.work.
         idname = type(self).bl_idname
         progress.working = progress.Working(idname, doing.share, far, doing.text)

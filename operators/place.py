@@ -172,9 +172,11 @@ class TypedLength:
 WHEEL_STEP, KEY_STEP = math.radians(15), math.radians(90)
 NAVIGATION = {"MIDDLEMOUSE", "TRACKPADPAN", "TRACKPADZOOM", "MOUSEROTATE", "NDOF_MOTION"}
 KEYS = (
-    "Click: place    R / Shift R: turn by 90°    Wheel: turn by 15°    "
-    "Digits: height above the floor    P: {} the surface    Esc: cancel"
-)
+    "Click: place", "R / Shift R: turn by 90°", "Wheel: turn by 15°",
+    "Digits: height above the floor",
+)  # fmt: skip
+# Between the texts of the header and of the status bar.
+APART = "    "
 
 
 class ANGEN_OT_sensor_place(Operator):
@@ -237,7 +239,10 @@ class ANGEN_OT_sensor_place(Operator):
                 ),
             )
         else:
-            self.report({"INFO"}, translated(f"Placed '{sensor.name}'{_on(surface)}"))
+            text = f"Placed '{sensor.name}'"
+            if surface is not None:
+                text = f"Placed '{sensor.name}' on '{surface.name}'"
+            self.report({"INFO"}, translated(text))
         return {"FINISHED"}
 
     def _matrix(
@@ -302,39 +307,39 @@ class ANGEN_OT_sensor_place(Operator):
     def _preview_at(self, context: Context, event: Event) -> None:
         """Find the surface under the mouse, and draw the sensor there."""
         hit = _surface_under(context, event)
-        matrix, text = None, "No surface under the mouse"
+        matrix, facts = None, ["No surface under the mouse"]
         if hit is not None:
-            matrix, text = self._place_at(context, hit)
-        keys = KEYS.format("leave" if self.follow else "follow")
+            matrix, facts = self._place_at(context, hit)
+        header = APART.join(map(translated, [KINDS[self.kind].label, *facts]))
+        parent = "P: leave the surface" if self.follow else "P: follow the surface"
+        keys = APART.join(map(translated, [*KEYS, parent, "Esc: cancel"]))
         if self._preview is not None:
-            self._preview.show(context, matrix, f"{KINDS[self.kind].label}    {text}", keys)
+            self._preview.show(context, matrix, header, keys)
 
-    def _place_at(self, context: Context, hit: SurfacePoint) -> tuple[Matrix, str]:
+    def _place_at(self, context: Context, hit: SurfacePoint) -> tuple[Matrix, list[str]]:
         """Set `location` to the sensor's position on a surface, at the typed height if any.
 
-        Return the matrix of the sensor, and the text for the header.
+        Return the matrix of the sensor, and the texts for the header.
         """
         scene, along = context.scene, hit.axes if hit.whole else []
         matrix = self._matrix(context, hit.point, hit.normal, along)
         floor = floor_below(scene, context.evaluated_depsgraph_get(), matrix.translation, hit)
-        text = f"On '{hit.object.name}'    "
+        facts = [f"On '{hit.object.name}'"]
         height = self._typed.metres(scene)
         if height is not None:
             level = (floor.point.z if floor else 0.0) + height / unit_scale(scene)
             higher = moved_up(hit.point, hit.normal, level - matrix.translation.z)
             if higher is None:
-                text += "A height can be typed only on walls, not on level surfaces    "
+                facts.append("A height can be typed only on walls, not on level surfaces")
             else:
                 hit = hit._replace(point=higher)
                 matrix = self._matrix(context, hit.point, hit.normal, along)
         self.location, self.normal = hit.point, hit.normal
         self.surface = hit.object.name if hit.whole else ""
-        text += height_text(scene, matrix.translation, floor)
-        return matrix, text + (f"    Height: {self._typed.text}" if self._typed.text else "")
-
-
-def _on(surface: Any) -> str:
-    return f" on '{surface.name}'" if surface is not None else ""
+        facts.append(height_text(scene, matrix.translation, floor))
+        if self._typed.text:
+            facts.append(f"Height: {self._typed.text}")
+        return matrix, facts
 
 
 def _surface_under(context: Context, event: Event) -> SurfacePoint | None:

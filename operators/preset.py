@@ -34,8 +34,9 @@ class ANGEN_OT_preset_apply(Operator):
         if is_sensor(obj):
             for preset in KINDS[obj.angen_sensor.kind].presets:
                 if preset.identifier == properties.preset:
-                    return f"{cls.bl_description}.\nSource: {preset.source}"
-        return cls.bl_description
+                    source = f"{translated('Source')}: {preset.source}"
+                    return f"{translated(cls.bl_description)}.\n{source}"
+        return translated(cls.bl_description)
 
     poll = classmethod(can_change_sensor)
 

@@ -53,7 +53,7 @@ class ANGEN_OT_place_propose(LongWork, Operator):
     poll = classmethod(can_read_scene)
 
     def _show(self, context: Context, doing: Doing) -> None:
-        self.esc = "keeps the best places so far" if doing.found else "cancels"
+        self.esc = "Esc keeps the best places so far" if doing.found else "Esc cancels"
         super()._show(context, doing)
 
     def _begin(self, context: Context) -> Work[Proposal]:

@@ -39,7 +39,7 @@ def is_still_fresh(operator: Any, context: Context) -> bool:
     assert kept is not None
     kept.verify(scene, context.evaluated_depsgraph_get())
     if kept.stale:
-        operator.report({"ERROR"}, f"The recording is stale, {kept.stale}. {WAY_OUT}")
+        operator.report({"ERROR"}, translated(why_not_fresh(scene)))
     return not kept.stale
 
 

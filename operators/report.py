@@ -11,6 +11,7 @@ from bpy_extras.io_utils import ExportHelper
 from ..angen_addon.output.output_files import write
 from ..angen_addon.output.report import check_name, report_text
 from ..angen_addon.relative_path import ChosenFile
+from ..angen_addon.translations.interface import translating
 from ..sensor_logic.logs.files import check_folder
 from .export_options import ExportOptions
 
@@ -51,6 +52,7 @@ class ANGEN_MT_export(bpy.types.Menu):
         layout.operator("angen.export_format", text="For Other Tools (CASAS, Home Assistant …)")
 
 
+@translating
 def draw_menu(self: bpy.types.Menu, context: Context) -> None:
     self.layout.menu(ANGEN_MT_export.bl_idname)
 

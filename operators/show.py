@@ -58,7 +58,7 @@ class ANGEN_OT_sensor_show(Operator):
         obj = sensor.handle
         hidden = why_hidden(obj, context)
         if hidden:
-            self.report({"WARNING"}, translated(f"'{obj.name}' {hidden}"))
+            self.report({"WARNING"}, translated(f"'{obj.name}': {hidden}"))
             return {"CANCELLED"}
         show(sensor, context, self.extend)
         return {"FINISHED"}
@@ -103,9 +103,9 @@ def select(sensor: Sensor, context: Context, extend: bool = False) -> None:
 def why_hidden(obj: Any, context: Context) -> str:
     """Return why the user cannot select an object, and how to change that; empty if they can."""
     if obj.hide_select:
-        return "cannot be selected: tick Selectable in its Object tab, Visibility"
+        return "it cannot be selected: tick Selectable in its Object tab, Visibility"
     if not obj.visible_get(view_layer=context.view_layer):
-        return "is hidden: show it, or its collection, in the Outliner (eye or monitor icon)"
+        return "it is hidden: show it, or its collection, in the Outliner (eye or monitor icon)"
     return ""
 
 

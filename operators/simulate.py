@@ -101,8 +101,10 @@ def plan_run(
             return RunPlan(first, last, sensors, note)
     if not is_lost:
         return RunPlan(first, last, sensors)
-    left_out = "" if recorded <= names else ", without light sensors,"
-    question = f"The recording has {old_frames}.\n{capital(new_frames)}{left_out} replace it"
+    new_text = f"{capital(new_frames)} replace it"
+    if not recorded <= names:
+        new_text = f"{capital(new_frames)}, without light sensors, replace it"
+    question = f"{translated(f'The recording has {old_frames}')}.\n{translated(new_text)}"
     return RunPlan(first, last, sensors, question=question)
 
 
@@ -111,7 +113,7 @@ class ANGEN_OT_simulate(LongWork, Operator):
     bl_label = "Simulate"
     # REGISTER is left out: Blender would rerun the operator without progress.
     bl_options = {"UNDO"}
-    esc = "keeps what is done"
+    esc = "Esc keeps what is done"
 
     frame_start: IntProperty(
         name="Start",
@@ -143,8 +145,13 @@ class ANGEN_OT_simulate(LongWork, Operator):
 
     @classmethod
     def description(cls, context: Context, properties: Any) -> str:
-        what = "all sensors except light sensors" if properties.without_light else "all sensors"
-        return f"Record the readings of {what} over the frames. Esc keeps the frames that are done"
+        return translated(
+            "Record the readings of all sensors except light sensors over the frames. Esc keeps "
+            "the frames that are done"
+            if properties.without_light
+            else "Record the readings of all sensors over the frames. Esc keeps the frames that "
+            "are done"
+        )
 
     @classmethod
     def poll(cls, context: Context) -> bool:
@@ -165,12 +172,15 @@ class ANGEN_OT_simulate(LongWork, Operator):
             return LongWork.invoke(self, context, event)
         self._is_confirming = True
         manager = context.window_manager
+        texts = [plan.question]
+        if can_undo(context):
+            texts.append(translated("Undo brings it back"))
         found: set[str] = manager.invoke_confirm(
             self,
             event,
-            title="Replace the Recording?",
-            message=plan.question + ("; undo brings it back." if can_undo(context) else "."),
-            confirm_text="Replace",
+            title=translated("Replace the Recording?"),
+            message=". ".join(texts),
+            confirm_text=translated("Replace"),
             icon="WARNING",
         )
         return found
@@ -233,7 +243,9 @@ class ANGEN_OT_simulate(LongWork, Operator):
         early = False
         try:
             for now in run:
-                text = f"frame {now.frame:g}" + (f", {now.doing}" if now.doing else "")
+                text = f"frame {now.frame:g}"
+                if now.doing:
+                    text = f"frame {now.frame:g}, {now.doing}"
                 # Show a slow step when it begins.
                 yield Doing(now.share, text, slow=bool(now.doing))
         except Enough:
@@ -279,9 +291,11 @@ class ANGEN_OT_simulate(LongWork, Operator):
         former = RESULTS.kept(scene)
         RESULTS.keep(scene, stored)
         first, last = self._recording.frame_start, self._recording.frame_end
-        how = "Stopped, and recorded" if early else "Recorded"
-        left_out = ", without light sensors" if self.without_light else ""
-        text = f"{how} frames {first} to {last}{left_out}: {self._updates()} updates"
+        text = f"Recorded frames {first} to {last}: {self._updates()} updates"
+        if self.without_light:
+            text = f"{text}. Light sensors are not recorded"
+        if early:
+            text = f"Stopped. {text}"
         if former is not None:
             begin, end = former.recording.frame_start, former.recording.frame_end
             if can_undo(context) and (begin < first or last < end):
@@ -313,8 +327,10 @@ class ANGEN_OT_simulate(LongWork, Operator):
         stays = self._stays(scene)
         if holds and earlier is not None:
             stays = f"frames {earlier.frame_start} to {earlier.frame_end} stay recorded"
-        done = "" if self._has_a_frame() else " before the first frame was done"
-        self.report({"INFO"}, translated(f"Stopped{done}: {stays}"))
+        text = f"Stopped: {stays}"
+        if not self._has_a_frame():
+            text = f"Stopped before the first frame was done: {stays}"
+        self.report({"INFO"}, translated(text))
         return True
 
     def _stays(self, scene: Any) -> str:

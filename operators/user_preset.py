@@ -73,8 +73,10 @@ class ANGEN_OT_user_preset_save(AddPresetBase, Operator):
     @classmethod
     def description(cls, context: Context, properties: Any) -> str:
         if properties.remove_name:
-            return f"Remove the preset '{properties.name}'"
-        return "Save the active sensor's parameters as a preset of its kind, for every file"
+            return translated(f"Remove the preset '{properties.name}'")
+        return translated(
+            "Save the active sensor's parameters as a preset of its kind, for every file"
+        )
 
     poll = classmethod(has_sensor)
 
@@ -108,9 +110,8 @@ class ANGEN_OT_user_preset_save(AddPresetBase, Operator):
         # Blender shows the last saved preset as the menu's name.
         getattr(bpy.types, self.preset_menu).bl_label = "Presets"
         if result == {"FINISHED"}:
-            self.report(
-                {"INFO"}, translated(f"{'Removed' if removed else 'Saved'} the preset '{name}'")
-            )
+            text = f"Removed the preset '{name}'" if removed else f"Saved the preset '{name}'"
+            self.report({"INFO"}, translated(text))
         elif removed:
             self.report({"ERROR"}, translated(f"You have no preset '{name}'"))
         return result

@@ -28,7 +28,8 @@ class ANGEN_OT_warmth_set(Operator):
 
     @classmethod
     def description(cls, context: Context, properties: Any) -> str:
-        return f"{cls.bl_description}.\n{USUAL[properties.sort].tip}"
+        tip = translated(USUAL[properties.sort].tip)
+        return f"{translated(cls.bl_description)}.\n{tip}"
 
     @classmethod
     def poll(cls, context: Context) -> bool:
@@ -51,19 +52,19 @@ class ANGEN_OT_warmth_set(Operator):
                 "select meshes that are not linked",
             )
         names = ", ".join(sorted(f"'{surface.name}'" for surface in surfaces)[:4])
-        over = f" under {usual.insulation:g} clo" if usual.insulation else ""
-        text = f"{usual.celsius:g} °C{over}: {names}{' …' if len(surfaces) > 4 else ''}"
+        names += " …" if len(surfaces) > 4 else ""
+        text = f"{usual.celsius:g} °C: {names}"
+        if usual.insulation:
+            text = f"{usual.celsius:g} °C under {usual.insulation:g} clo: {names}"
         if usual.identifier == "PERSON":
             others = ", ".join(
                 sorted(f"'{m.name}' {m.angen_warmth.insulation:.1f} clo" for m in parts)
             )
             text += (
-                f"; {others}"
+                f". {others}"
                 if others
-                else (
-                    "; no material has a name like skin: if one is bare skin, set its "
-                    "temperature in the Material tab"
-                )
+                else ". No material has a name like skin: if one is bare skin, set its "
+                "temperature in the Material tab"
             )
         self.report({"INFO"}, translated(text))
         return {"FINISHED"}

@@ -85,8 +85,11 @@ def _draw_rooms(layout: UILayout, figures: dict, scene: Any, is_fresh: bool) -> 
     """Draw the coverage of each room as a table, greyed out if the map is out of date."""
     box = layout.box().column(align=True)
     frame = figures.get("frame", scene.frame_current)
-    at = f", frame {frame}" if frame != scene.frame_current else ""
-    box.label(text=f"{figures['motion']}, {plural(figures['sensors'], 'detector')}{at}")
+    count = plural(figures["sensors"], "detector")
+    text = f"{figures['motion']}, {count}"
+    if frame != scene.frame_current:
+        text = f"{figures['motion']}, {count}, frame {frame}"
+    box.label(text=text)
     for name in figures.get("names", [])[:NAMES_SHOWN]:
         box.label(text=name, translate=False)
     if figures["sensors"] > NAMES_SHOWN:

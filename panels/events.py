@@ -24,6 +24,7 @@ from ..angen_addon.recording.results import RESULTS
 from ..angen_addon.runtime.edits import EDITS
 from ..angen_addon.runtime.playhead import why_not_recorded
 from ..angen_addon.runtime.time_base import moment_text
+from ..angen_addon.translations.interface import translating
 from ..angen_addon.view.active import active_sensor
 from ..angen_addon.view.timeline.draw import MODE, TOO_LOW, why_no_rows
 from ..angen_addon.view.timeline.layout import HISTORIES, HistoryRow
@@ -70,7 +71,7 @@ def _draw_events(
     passed = sum(track.frames[i] <= frame for i in events)
     # The name comes last, because Blender cuts the end of a text that does not fit.
     text = f"{passed} of {len(events)} events passed: {track.sensor}"
-    layout.label(text=text, icon="PREVIEW_RANGE", translate=False)
+    layout.label(text=text, icon="PREVIEW_RANGE")
     line = layout.row(align=True)
     line.operator("angen.event_jump", text="Previous", icon="PREV_KEYFRAME").direction = "PREVIOUS"
     line.operator("angen.event_jump", text="Next", icon="NEXT_KEYFRAME").direction = "NEXT"
@@ -148,6 +149,7 @@ class ANGEN_PT_timeline(Panel):
         line.operator("angen.markers_clear", text="", icon="TRASH")
 
 
+@translating
 def draw_in_timeline_header(self: Any, context: Context) -> None:
     if context.space_data.mode != MODE:
         return

@@ -25,9 +25,7 @@ def draw_rows(layout: Any, context: Context, sensors: list[Sensor]) -> None:
         sensors = [s for s in sensors if s.handle == active.handle]
         where = f"'{active.handle.name}'"
     column = layout.box().column(align=True)
-    column.label(
-        text=f"In {where}: {len(sensors)}", icon="OUTLINER_OB_GROUP_INSTANCE", translate=False
-    )
+    column.label(text=f"In {where}: {len(sensors)}", icon="OUTLINER_OB_GROUP_INSTANCE")
     for sensor in sensors[:MOST_ROWS]:
         seen = reading_text(sensor, context.scene)
         row = column.row(align=True)

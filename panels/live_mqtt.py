@@ -8,42 +8,49 @@ from bpy.types import Context, Panel
 
 from ..angen_addon.appearance.panel_parts import ClosedSidebar, draw_lines
 from ..angen_addon.output.mqtt.online import may_go_online
-from ..angen_addon.runtime.edits import EDITS
-from ..angen_addon.scene.sensors import simulated
 from ..operators import live_mqtt
 
 OFFLINE = "Blender's online access is off. Switch it on: Preferences, System, Allow Online Access"
-OTHERS = "The sensors have changed since: stop and start to send all"
 
 
 class ANGEN_PT_live_mqtt(ClosedSidebar, Panel):
     bl_label = "Live to MQTT"
     help_page = "home_assistant"
 
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        return live_mqtt.settings_of(context) is not None
+
     def draw(self, context: Context) -> None:
-        layout, settings = self.layout, context.window_manager.angen_mqtt
+        layout, settings = self.layout, live_mqtt.settings_of(context)
         layout.use_property_split, layout.use_property_decorate = True, False
-        sending = live_mqtt.is_sending()
+        busy = live_mqtt.is_busy()
         column = layout.column()
-        column.enabled = not sending
-        for name in ("broker", "topic", "user", "password", "tls"):
+        column.enabled = not busy
+        column.prop(settings, "broker")
+        column.prop(context.scene, "angen_topic")
+        for name in ("user", "password", "tls"):
             column.prop(settings, name)
         if settings.tls:
             column.prop(settings, "authority")
         if not may_go_online():
             box = draw_lines(layout, OFFLINE, "ERROR")
             box.operator("screen.userpref_show", text="Preferences").section = "SYSTEM"
-        if not sending:
-            layout.operator("angen.mqtt_start", text="Start", icon="PLAY")
-            if live_mqtt.problem:
-                draw_lines(layout, live_mqtt.problem, "ERROR")
+        if not busy:
+            row = layout.row(align=True)
+            row.operator("angen.mqtt_start", text="Start", icon="PLAY")
+            row.operator("angen.mqtt_remove", text="Remove", icon="TRASH")
+            text, icon = live_mqtt.outcome
+            if text:
+                draw_lines(layout, text, icon)
             return
         layout.operator("angen.mqtt_stop", text="Stop", icon="PAUSE")
         sender = live_mqtt.sender
         assert sender is not None
         draw_lines(layout, sender.state, "LINKED")
-        if not sender.sends_all_of(simulated(EDITS.sensors(context.view_layer))):
-            draw_lines(layout, OTHERS, "INFO")
+        scene = live_mqtt.sent_scene()
+        if scene not in (None, context.scene):
+            draw_lines(layout, f"The readings are those of scene '{scene.name}'", "INFO")
 
 
 register, unregister = bpy.utils.register_classes_factory((ANGEN_PT_live_mqtt,))

@@ -113,15 +113,16 @@ def _draw_without(layout: Any, obj: Any, view_layer: Any) -> None:
         draw_lines(layout, f"Its weight is part of '{above.name}' ({mass})", "INFO")
         return
     weighed = sensing.weighed_with(obj, view_layer)
-    text = (
+    texts = [
         "No weight. A mass here is meant for animated objects, such as a person or moved "
         "furniture, not for simulated ones"
-    )
+    ]
     if weighed.surfaces:
-        text += f". The mass would be that of {_names(weighed.surfaces)}"
+        texts.append(f"The mass would be that of {_names(weighed.surfaces)}")
     if weighed.apart:
-        text += f". {_names(b for _, b in weighed.apart)} on it has a mass already"
-    draw_lines(layout, text, "INFO")
+        bearers = _names(b for _, b in weighed.apart)
+        texts.append(f"{bearers} on it has a mass already")
+    draw_lines(layout, ". ".join(texts), "INFO")
 
 
 def _names(objects: Iterable[Any]) -> str:

@@ -19,6 +19,7 @@ from ..angen_addon.appearance.reading_text import (
     UNKNOWN,
     WRONG,
 )
+from ..angen_addon.translations.interface import translating
 
 # Icons of the table and the view, and what they mean.
 SIGNS = (
@@ -56,6 +57,7 @@ class ANGEN_PT_overlay(ClosedSidebar, Panel):
             column.label(text=words, icon=icon)
 
 
+@translating
 def draw_in_popover(self: Any, context: Context) -> None:
     """Draw these settings below Blender's own in the popover Viewport Overlays."""
     settings = context.scene.angen_overlay

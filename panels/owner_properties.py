@@ -8,7 +8,8 @@ from typing import Any
 import bpy
 from bpy.types import Context, Panel
 
-from ..angen_addon.appearance.panel_parts import PhysicsTab, has_name_column
+from ..angen_addon.appearance.help import GROUP_PAGES
+from ..angen_addon.appearance.panel_parts import Helped, PhysicsTab, has_name_column
 from ..angen_addon.scene.rays.geometry import SURFACE_TYPES
 from ..angen_addon.scene.surfaces.echoes import BREATHING
 from ..sensor_logic.kind import OwnerProperties
@@ -20,7 +21,7 @@ from .parameters import draw_parameters
 CONTEXTS = {"Object": "physics", "Material": "material"}
 
 
-class _OwnerPanel:
+class _OwnerPanel(Helped):
     """Draws the properties `made` of the owner of type `owner_type`."""
 
     bl_options = {"DEFAULT_CLOSED"}
@@ -66,6 +67,7 @@ def _panel(made: OwnerProperties, owner_type: str) -> type:
             "bl_label": made.label,
             "bl_description": made.tip,
             "bl_context": CONTEXTS[owner_type],
+            "help_page": GROUP_PAGES[made.attribute],
             "made": made,
             "owner_type": owner_type,
         },

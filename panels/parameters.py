@@ -41,7 +41,7 @@ def draw_sensor(layout: Any, context: Context, sensor: Sensor) -> None:
     seen = reading_text(sensor, context.scene)
     # Operators drawn here act on the sensor, even if its housing is the active object.
     layout.context_pointer_set("object", sensor.object)
-    layout.label(text=seen.text, icon=seen.icon)
+    layout.label(text=seen.text, icon=seen.icon, translate=False)
     enabled = sensor.settings.enabled
     if enabled:
         _draw_origin(layout, seen)
@@ -73,7 +73,7 @@ def _draw_origin(layout: Any, texts: ReadingText) -> None:
     if texts.origin:
         row = layout.row()
         row.active = False
-        row.label(text=texts.origin, icon="BLANK1")
+        row.label(text=texts.origin, icon="BLANK1", translate=False)
     if texts.old:
         draw_lines(layout, texts.old, "TIME")
     if texts.keys:

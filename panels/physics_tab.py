@@ -6,13 +6,15 @@ from __future__ import annotations
 import bpy
 from bpy.types import Context, Panel
 
+from ..angen_addon.appearance.help import draw_help
+from ..angen_addon.appearance.panel_parts import Helped
 from ..angen_addon.scene.instances import has_housing, stands_for
 from ..angen_addon.scene.sensors import room_of
 from .parameters import draw_sensor, sensor_of
 from .presets import draw_presets
 
 
-class ANGEN_PT_physics(Panel):
+class ANGEN_PT_physics(Helped, Panel):
     bl_label = "Sensor"
     bl_space_type = "PROPERTIES"
     bl_region_type = "WINDOW"
@@ -29,6 +31,7 @@ class ANGEN_PT_physics(Panel):
 
     def draw_header_preset(self, context: Context) -> None:
         draw_presets(self.layout, context)
+        draw_help(self.layout, self.help_page)
 
     def draw(self, context: Context) -> None:
         layout, obj = self.layout, stands_for(context.object)

@@ -31,13 +31,14 @@ class ANGEN_MT_presets(Menu):
             return
         chosen, is_edited = preset_of(sensor.object)
         for preset in sensor.kind.presets:
-            edited = " (edited)" if is_edited and preset is chosen else ""
+            text = preset.label
+            if is_edited and preset is chosen:
+                text = f"{preset.label} (edited)"
             ticked = preset is chosen and not is_edited
             item = self.layout.operator(
                 ANGEN_OT_preset_apply.bl_idname,
-                text=f"{preset.label}{edited}",
+                text=text,
                 icon="CHECKMARK" if ticked else "BLANK1",
-                translate=False,
             )
             item.preset = preset.identifier
         self.layout.separator()
@@ -63,7 +64,7 @@ def _draw_user_presets(layout: Any, sensor: Any) -> None:
 def draw_choice(layout: Any, sensor: Any) -> None:
     """Draw the button that opens the preset menu, with the current preset as its label."""
     text = preset_text(sensor.object) or "Presets"
-    layout.menu(ANGEN_MT_presets.bl_idname, text=text, icon="PRESET", translate=False)
+    layout.menu(ANGEN_MT_presets.bl_idname, text=text, icon="PRESET")
 
 
 def draw_presets(layout: Any, context: Context) -> None:

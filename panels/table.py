@@ -30,6 +30,7 @@ from ..angen_addon.runtime.edits import EDITS
 from ..angen_addon.scene.instances import stands_for
 from ..angen_addon.scene.memory import forgets_at_undo
 from ..angen_addon.scene.sensors import Sensor
+from ..angen_addon.translations.interface import translated
 from ..angen_addon.view.readings import ReadingTexts
 from ..operators.show import show, why_hidden
 from ..sensor_logic.report.svg import shortened
@@ -69,7 +70,7 @@ def matches(sensor: Sensor, seen: ReadingText | None, words: str) -> bool:
     `seen` has the texts of the sensor's reading.
     """
     state = seen.text if seen else ""
-    text = f"{sensor.name} {sensor.room} {sensor.kind.label} {state}".lower()
+    text = f"{sensor.name} {sensor.room} {translated(sensor.kind.label)} {state}".lower()
     return all(word in text for word in words.lower().split())
 
 

@@ -10,6 +10,7 @@ from bpy.types import Context, Menu, Panel
 
 from ..angen_addon.advice import warmth
 from ..angen_addon.appearance.panel_parts import (
+    Helped,
     PhysicsTab,
     draw_property,
     draw_row,
@@ -38,8 +39,9 @@ class ANGEN_MT_warmth(Menu):
             item.sort = usual.identifier
 
 
-class _Warmth:
+class _Warmth(Helped):
     bl_label = "Temperature"
+    help_page = "pir"
     bl_options = {"DEFAULT_CLOSED"}
     bl_space_type = "PROPERTIES"
     bl_region_type = "WINDOW"

@@ -33,7 +33,8 @@ def build(folder: Path, only: Sequence[str] = ()) -> int:
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     stage()
     folder.mkdir(parents=True, exist_ok=True)
-    lines, made = ["VERSION 1", ""], set()
+    # With the catalog above them too: Blender would add it, and show the library as not saved.
+    lines, made = ["VERSION 1", "", f"{uuid.uuid5(CATALOGS, 'SENSORS')}:Sensors:Sensors"], set()
     for name, kind in kinds.KINDS.items():
         if only and name not in only:
             continue

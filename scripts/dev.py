@@ -256,7 +256,8 @@ def test(options: list[str], chosen: str = QUICK) -> None:
     """Run the tests that fit pytest's expression `chosen`."""
     python = make_venv(*environment())
     shared = ["-n", "auto", "--maxprocesses", "4", "--dist", "worksteal"]
-    run(python, "-m", "pytest", *shared, "-m", chosen, *options)
+    # The tests' own files are in UTF-8, also on Windows; a test holds the code to naming encodings.
+    run(python, "-m", "pytest", *shared, "-m", chosen, *options, PYTHONUTF8="1")
 
 
 def lint() -> None:

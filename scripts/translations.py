@@ -10,8 +10,10 @@ the new texts, removes those that are gone, and keeps all translations:
 from __future__ import annotations
 
 import ast
+import re
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
+from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -37,13 +39,25 @@ ATTRIBUTES = {"bl_label": LABEL, "bl_category": TAB, "bl_description": TIP}
 OF_PROPERTY = {"name": LABEL, "description": TIP}
 OF_LAYOUT = {"text": LABEL, "heading": LABEL}
 LAYOUTS = ("label", "operator", "prop", "menu", "popover", "progress", "column", "row", "draw_row")
+# A value in a text, also one with a format; attributes whose owners name the value better.
+FORMATTED = re.compile(r"\{(\w*)(?::[^{}]*)?\}")
+NAMELESS = ("name", "text", "label", "value", "short", "name_full")
+VALUE = "value"
+WORD = re.compile(r"\b[a-z]{4,}")
+# The least letters of a text of several words, without its values.
+LETTERS = 3
 # Texts that panels draw, and that are made elsewhere in the source.
 OTHERS = (
     "No reading", "All Frames, {} to {}", "Simulate first", "Parameters of {}",
     "Parameters: the defaults", "Add Place at 3D Cursor", "Motion, open, pressed, lit",
     "Still, closed, free, dark", "Not valid", "Not yet sure, or warming up",
     "Old: the scene has changed since", "Only baked keyframes",
-    "No reading: scrub, play or simulate", "Off",
+    "No reading: scrub, play or simulate", "Off", "{} and {} more", "{}, and is stale",
+    # Words that sentences have as values.
+    "above", "below", "centimetres", "doors", "fast", "feet", "hinged", "inches", "it",
+    "left", "mass", "millimetres", "nothing", "power", "right", "rooms", "sliding", "slowly",
+    "walls",
+    "Monday", "Tuesday", "Wednesday", "Thursday", "Friday", "Saturday", "Sunday",
 )  # fmt: skip
 # The positions of texts in calls of functions, by the function's name.
 ARGUMENTS = {
@@ -53,15 +67,88 @@ ARGUMENTS = {
     "needs": {2: MESSAGE},
     "cancelled": {1: MESSAGE},
     "translated": {0: MESSAGE},
+    "Doing": {1: MESSAGE},
+    "part_of": {3: MESSAGE},
+    "AngenError": {0: MESSAGE},
+    "InputError": {0: MESSAGE},
+    "SensorError": {0: MESSAGE},
+    "Advice": {0: MESSAGE, 1: MESSAGE},
 }
+# Folders and files in which each text of several words is shown in the window.
+PROSE = (
+    "angen_addon/advice",
+    "angen_addon/appearance/handles.py",
+    "angen_addon/appearance/uses.py",
+    "angen_addon/coverage/floor_cells.py",
+    "angen_addon/coverage/proposal.py",
+    "angen_addon/coverage/shown.py",
+    "angen_addon/doctor",
+    "angen_addon/kinds/contact.py",
+    "angen_addon/kinds/presence_radar/figure.py",
+    "angen_addon/output/mqtt/live.py",
+    "angen_addon/recording/bake.py",
+    "angen_addon/recording/fingerprint.py",
+    "angen_addon/recording/followed_scene.py",
+    "angen_addon/recording/store.py",
+    "angen_addon/runtime",
+    "angen_addon/scene/animation.py",
+    "angen_addon/scene/door_motion.py",
+    "angen_addon/scene/forces",
+    "angen_addon/scene/light/cycles.py",
+    "angen_addon/scene/light/probe.py",
+    "angen_addon/scene/timed.py",
+    "angen_addon/scene/uses.py",
+    "angen_addon/view",
+    "operators",
+    "panels",
+    "residents/blender/followed_day.py",
+    "residents/blender/lamps.py",
+    "residents/blender/marks.py",
+    "residents/blender/places.py",
+    "residents/blender/reachable.py",
+    "residents/blender/standing.py",
+    "residents/blender/unmovable.py",
+    "residents/operators",
+    "residents/panels",
+    "sensor_logic/coverage/motions.py",
+    "sensor_logic/forces/pad_forces.py",
+    "sensor_logic/model.py",
+    "sensor_logic/physics.py",
+    "sensor_logic/progress.py",
+    "sensor_logic/recording/validity.py",
+    "sensor_logic/use.py",
+)
+# Texts in these places that are names in a file or in Blender.
+NOT_SHOWN = (
+    "3D View Tool: Tweak", "3D View Tool: Tweak (fallback)", "Coverage of {scene}",
+    "Emission Color", "Emission Strength", "Flag {leaf_object}", "Lens of {obj}", "Object Mode",
+    "Proposed {short_label} {i}", "Switch {leaf_object}", "Way that ends", "Way to {place}",
+    "{OWNER} = bpy.context.object.angen_sensor.{attribute}", "{stem} events", "{stem} samples",
+    "A recording of the Blender extension Ängen Sensors; Clear Recording there removes it",
+    "{LABELS}, from anywhere",
+)  # fmt: skip
+# Files of commands and formats, whose errors no window shows.
+COMMANDS = (
+    "angen_addon/api", "angen_addon/commands", "angen_addon/coverage/command.py",
+    "angen_addon/output/faulty.py", "angen_addon/output/mqtt/address.py",
+    "angen_addon/output/mqtt/player.py", "angen_addon/output/output_files.py",
+    "angen_addon/process", "residents/blender/api.py", "residents/blender/command.py",
+    "residents/blender/learn.py", "residents/routine/learn.py",
+)  # fmt: skip
 
 
+# Without it each language takes as long as the first one.
+@cache
 def texts() -> dict[str, str]:
     """Return the texts of the interface, each with what it is: label, tip or message."""
     found: dict[str, str] = {}
+    first: dict[str, str] = {}
     for text, what in [*_of_source(), *_of_kinds(), *_of_others()]:
-        is_name = "_" in text and " " not in text
-        if any(letter.isalpha() for letter in text.replace(HOLE, "")) and not is_name:
+        # Names in programs, and errors of commands.
+        is_name = ("_" in text and " " not in text) or text.startswith("--")
+        if any(letter.isalpha() for letter in HOLE.sub("", text)) and not is_name:
+            # Texts that differ only in the names of their values are one text.
+            text = first.setdefault(bare(text), text)
             # What Blender looks for in its own context must not be a mere label here.
             found[text] = what if found.get(text, LABEL) == LABEL else found[text]
     return found
@@ -72,6 +159,15 @@ def _of_kinds() -> Iterator[tuple[str, str]]:
     for kind in KINDS.values():
         yield from ((kind.label, LABEL), (kind.tip, TIP), (kind.active_label, LABEL))
         yield kind.idle_label, LABEL
+        for field in kind.events:
+            name = field.name.replace("_", " ")
+            if field.type is int:
+                yield f"{{count}} {name}", MESSAGE
+            elif field.type is bool:
+                yield from ((name, MESSAGE), (f"not {name}", MESSAGE))
+        yield from ((field.word, MESSAGE) for field in kind.samples if field.word)
+        # Most presets have only the name of a product.
+        yield from ((p.label, LABEL) for p in kind.presets if WORD.search(p.label))
         parameters.append(kind.parameters)
     for made in (made for owner in ("Object", "Material") for made in owner_properties(owner)):
         yield from ((made.label, LABEL), (made.tip, TIP))
@@ -87,27 +183,58 @@ def _of_kinds() -> Iterator[tuple[str, str]]:
 def _of_others() -> Iterator[tuple[str, str]]:
     """Yield OTHERS; raise ValueError if one is no longer in the source."""
     known = {
-        text
-        for tree in _trees((*SOURCES, "sensor_logic"))
-        for node in ast.walk(tree)
+        bare(text)
+        for path in _paths((*SOURCES, "sensor_logic/logs/wording.py"))
+        for node in _nodes(path)
         if isinstance(node, (ast.Constant, ast.JoinedStr))
         for text, _ in _constants(node, LABEL)
     }
-    if gone := [text for text in OTHERS if text not in known]:
+    if gone := [text for text in OTHERS if bare(_with_names(text)) not in known]:
         raise ValueError(f"remove from OTHERS, as the source does not have them: {gone}")
-    yield from ((text, MESSAGE) for text in OTHERS)
+    yield from ((_with_names(text), MESSAGE) for text in OTHERS)
 
 
 def _of_source() -> Iterator[tuple[str, str]]:
-    for tree in _trees(SOURCES):
-        for node in ast.walk(tree):
-            yield from _of_node(node)
+    commands = set(_paths(COMMANDS))
+    for path in _paths(SOURCES):
+        if path not in commands:
+            for node in _nodes(path):
+                yield from _of_node(node)
+    for path in _paths(PROSE):
+        yield from _of_prose(_nodes(path))
 
 
-def _trees(folders: Iterable[str]) -> Iterator[ast.Module]:
-    for folder in folders:
-        for path in sorted((ROOT / folder).rglob("*.py")):
-            yield ast.parse(path.read_text(encoding="utf-8"))
+def _of_prose(nodes: Sequence[ast.AST]) -> Iterator[tuple[str, str]]:
+    """Yield the texts of several words, without docstrings."""
+    inner: set[ast.AST] = set()
+    for node in nodes:
+        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
+            inner.add(node.value)
+        if isinstance(node, ast.JoinedStr):
+            formats = [getattr(part, "format_spec", None) for part in node.values]
+            inner.update(node.values, filter(None, formats))
+    for node in nodes:
+        if node not in inner and isinstance(node, (ast.Constant, ast.JoinedStr)):
+            found = ((text.removeprefix(". "), what) for text, what in _constants(node, MESSAGE))
+            yield from (one for one in found if _is_prose(one[0]))
+
+
+def _is_prose(text: str) -> bool:
+    letters = sum(map(str.isalpha, HOLE.sub("", text)))
+    return letters >= LETTERS and " " in text.strip() and text not in NOT_SHOWN
+
+
+def _paths(places: Iterable[str]) -> Iterator[Path]:
+    """Yield the Python files of folders, and files themselves."""
+    for place in places:
+        path = ROOT / place
+        yield from [path] if path.is_file() else sorted(path.rglob("*.py"))
+
+
+# Without it the files with texts are parsed twice.
+@cache
+def _nodes(path: Path) -> list[ast.AST]:
+    return list(ast.walk(ast.parse(path.read_text(encoding="utf-8"))))
 
 
 def _of_node(node: ast.AST) -> Iterator[tuple[str, str]]:
@@ -128,7 +255,7 @@ def _of_node(node: ast.AST) -> Iterator[tuple[str, str]]:
         if keyword.arg in keywords:
             yield from _constants(keyword.value, keywords[keyword.arg])
     if name == "plural" and isinstance(noun := node.args[-1], ast.Constant):
-        yield from ((f"{HOLE} {_string(noun)}s", MESSAGE), (f"1 {_string(noun)}", MESSAGE))
+        yield from ((f"{{count}} {_string(noun)}s", MESSAGE), (f"1 {_string(noun)}", MESSAGE))
     for position, what in ARGUMENTS.get(name, {}).items():
         if position < len(node.args):
             yield from _constants(node.args[position], what)
@@ -160,25 +287,70 @@ def _of_items(node: ast.List | ast.Tuple) -> Iterator[tuple[str, str]]:
 
 
 def _constants(node: ast.expr, what: str) -> Iterator[tuple[str, str]]:
-    """Yield the texts that an expression can be, with {} for what is put into them."""
+    """Yield the texts that an expression can be, with {name} for what is put into them."""
     if isinstance(node, ast.Constant) and isinstance(node.value, str):
-        yield node.value, what
+        yield _with_names(node.value), what
     elif isinstance(node, ast.Subscript):
         yield from _constants(node.value, what)
     elif isinstance(node, ast.JoinedStr):
         for part in node.values:
             if isinstance(part, ast.FormattedValue):
-                yield from (one for one in _constants(part.value, what) if HOLE not in one[0])
-        parts = (_string(p) or HOLE for p in node.values)
-        yield "".join(parts), what
+                yield from (one for one in _constants(part.value, what) if "{" not in one[0])
+        holes = (_string(p) or f"{{{_name(p)}}}" for p in node.values)
+        yield _with_names("".join(holes)), what
     elif isinstance(node, ast.IfExp):
         yield from (*_constants(node.body, what), *_constants(node.orelse, what))
 
 
+def _name(node: ast.expr) -> str:
+    """Return a word for the value of an expression, such as `sensor` for `sensor.name`."""
+    if isinstance(node, ast.FormattedValue):
+        return _name(node.value)
+    if isinstance(node, ast.Attribute):
+        owner = _name(node.value) if node.attr in NAMELESS else "self"
+        return node.attr.strip("_") if owner == "self" else owner
+    if isinstance(node, ast.Call):
+        if getattr(node.func, "id", "") == "plural":
+            return _string(node.args[-1]).rpartition(" ")[2] + "s"
+        return _name(node.args[0] if node.args else node.func)
+    if isinstance(node, (ast.Subscript, ast.Starred)):
+        return _name(node.value)
+    if isinstance(node, ast.BinOp):
+        return _name(node.left)
+    return node.id.strip("_") or VALUE if isinstance(node, ast.Name) else VALUE
+
+
+def _with_names(text: str) -> str:
+    """Return a text whose values all have different names."""
+    names: list[str] = []
+
+    def named(found: re.Match[str]) -> str:
+        word = VALUE if found[1].isdigit() or not found[1] else found[1]
+        again = sum(name.rstrip("0123456789") == word for name in names)
+        names.append(f"{word}{again + 1}" if again else word)
+        return f"{{{names[-1]}}}"
+
+    return FORMATTED.sub(named, text)
+
+
+def bare(text: str) -> str:
+    """Return a text without the names of its values, which differ only for translators."""
+    return HOLE.sub("{}", text)
+
+
 def renewed(path: Path) -> str:
     """Return the text of a dictionary with the texts of the source."""
-    before = {entry.text: entry.translation for entry in read(path)}
-    return written(Entry(t, before.get(t, ""), what) for t, what in texts().items())
+    before = {bare(entry.text): entry for entry in read(path)}
+    return written(
+        Entry(text, _translation(before[bare(text)], text) if bare(text) in before else "", what)
+        for text, what in texts().items()
+    )
+
+
+def _translation(before: Entry, text: str) -> str:
+    """Return a translation with the names that the values have in `text`."""
+    names = dict(zip(HOLE.findall(before.text), HOLE.findall(text), strict=True))
+    return HOLE.sub(lambda found: f"{{{names.get(found[1], found[1])}}}", before.translation)
 
 
 if __name__ == "__main__":

@@ -75,7 +75,8 @@ def local_client(jobs: int) -> Iterator[distributed.Client]:
     """
     with (
         dask.config.set(SETTINGS),
-        tempfile.TemporaryDirectory(prefix="angen-study-") as folder,
+        # On Windows a worker that ends can still have a file open.
+        tempfile.TemporaryDirectory(prefix="angen-study-", ignore_cleanup_errors=True) as folder,
         distributed.LocalCluster(
             n_workers=jobs,
             threads_per_worker=1,
@@ -355,7 +356,11 @@ class Driver:
                 looked = time.monotonic()
                 ahead = AHEAD * max(len(self._client.nthreads()), 1)
             if time.monotonic() - tables > TABLES_S:
-                self.write_tables()
+                try:
+                    self.write_tables()
+                except InputError as error:
+                    # Such as a table that Excel has open. They are written again at the end.
+                    self._note_once(str(error))
                 tables = time.monotonic()
         shutil.rmtree(days, ignore_errors=True)
 
@@ -415,9 +420,7 @@ class Driver:
     def write_tables(self) -> None:
         """Write the tables of results, and the file that describes the study for the report."""
         for text in write_tables(self._store.folder, self._rows()):
-            if text not in self._noted:
-                note(text)
-            self._noted.add(text)
+            self._note_once(text)
         facts = {
             "name": self._study.name,
             "varied": list(self._study.vary),
@@ -428,6 +431,11 @@ class Driver:
         }
         text = json.dumps(facts, indent=1, ensure_ascii=False) + "\n"
         write_files({self._store.folder / FACTS: text})
+
+    def _note_once(self, text: str) -> None:
+        if text not in self._noted:
+            note(text)
+        self._noted.add(text)
 
     def _rows(self) -> Iterator[Row]:
         """Yield a row of the tables for each run with a result, in the order of the runs."""

@@ -7,6 +7,7 @@ The tables are `results.csv` and `results.parquet`.
 from __future__ import annotations
 
 import contextlib
+import io
 import json
 import os
 from collections.abc import Iterable
@@ -16,8 +17,8 @@ from typing import TYPE_CHECKING, Any
 import pandas
 
 from ..parts import installation
-from ..sensor_logic.logs.error import AngenError, InputError
-from ..sensor_logic.logs.files import fcntl, write_files
+from ..sensor_logic.logs.error import AngenError, InputError, replaced
+from ..sensor_logic.logs.files import Content, InUseError, check_target, fcntl, write_files
 
 if TYPE_CHECKING:
     from .tasks import RunResult
@@ -46,8 +47,16 @@ class Store:
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
+        taken = InputError(
+            f"another process writes a study into {folder}: wait for its end, or give another "
+            "folder"
+        )
         try:
             folder.mkdir(parents=True, exist_ok=True)
+            if fcntl is None:
+                # Windows replaces no file that another process has open.
+                with replaced(str(taken), InUseError):
+                    check_target(folder / RUNS, "")
             self._file = open(folder / RUNS, "a+b")  # noqa: SIM115  (closed by __exit__)
         except OSError as error:
             raise InputError(
@@ -58,10 +67,7 @@ class Store:
                 fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except OSError:
                 self._file.close()
-                raise InputError(
-                    f"another process writes a study into {folder}: wait for its "
-                    "end, or give another folder"
-                ) from None
+                raise taken from None
         # Offset of the line of each run in the file, by digest.
         self._at: dict[str, int] = {}
         self.failed: set[str] = set()
@@ -166,24 +172,23 @@ def write_tables(folder: Path, rows: Iterable[Row]) -> list[str]:
     flags = [name for name, kind in types.items() if kind == "bool_"]
     # Boolean columns are written as 1 and 0.
     plain = table.assign(**{name: table[name].astype("boolean").astype("Int64") for name in flags})
-    try:
-        write_files({folder / CSV: plain.to_csv(index=False, lineterminator="\n")})
-    except AngenError as error:
-        raise InputError(f"{error}; the results of the runs are kept") from None
+    files: dict[Path, Content] = {folder / CSV: plain.to_csv(index=False, lineterminator="\n")}
+    missing = []
     try:
         import pyarrow
         import pyarrow.parquet
     except ImportError as error:
-        return [f"{PARQUET} was not written ({error}): to get it, {installation('studies')}"]
-    texts = [name for name, kind in types.items() if kind == "string"]
-    table[texts] = table[texts].map(str, na_action="ignore")
-    schema = pyarrow.schema([(name, getattr(pyarrow, kind)()) for name, kind in types.items()])
-    part = folder / f".{PARQUET}.part"
-    try:
+        missing = [f"{PARQUET} was not written ({error}): to get it, {installation('studies')}"]
+    else:
+        texts = [name for name, kind in types.items() if kind == "string"]
+        table[texts] = table[texts].map(str, na_action="ignore")
+        schema = pyarrow.schema([(name, getattr(pyarrow, kind)()) for name, kind in types.items()])
         found = pyarrow.Table.from_pandas(table, schema).replace_schema_metadata()
-        pyarrow.parquet.write_table(found, part)
-        os.replace(part, folder / PARQUET)
-    except OSError as error:
-        part.unlink(missing_ok=True)
-        raise InputError(f"cannot write {folder / PARQUET}: {error.strerror}") from None
-    return []
+        packed = io.BytesIO()
+        pyarrow.parquet.write_table(found, packed)
+        files[folder / PARQUET] = packed.getvalue()
+    try:
+        write_files(files)
+    except AngenError as error:
+        raise InputError(f"{error}; the results of the runs are kept") from None
+    return missing

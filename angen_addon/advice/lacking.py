@@ -48,13 +48,13 @@ def lacks(view_layer: Any, light: bool) -> Iterator[Lack]:
     yield from _missing_libraries()
     yield from _missing_data()
     yield from _missing_files(
-        "cache file", bpy.data.cache_files, "the objects that it moves stand still"
+        "the cache file", bpy.data.cache_files, "the objects that it moves stand still"
     )
     yield from _missing_mesh_caches(view_layer)
     yield from _failing_drivers()
     if light:
         images = [i for i in bpy.data.images if i.source in FILES and not i.has_data]
-        yield from _missing_files("image", images, "light sensors see pink in its place")
+        yield from _missing_files("the image", images, "light sensors see pink in its place")
 
 
 def look(view_layer: Any) -> None:
@@ -123,7 +123,7 @@ def _missing_files(what: str, blocks: Iterable[Any], effect: str) -> Iterator[La
         path = bpy.path.abspath(block.filepath, library=block.library)
         # The path of an image sequence, or of tiles, has a placeholder: no such file exists.
         if block.filepath and not os.path.exists(path) and "<" not in path:
-            yield f"the {what} '{block.name}' is missing ({path}), so {effect}", FIND
+            yield f"{what} '{block.name}' is missing ({path}), so {effect}", FIND
 
 
 def _missing_mesh_caches(view_layer: Any) -> Iterator[Lack]:

@@ -243,8 +243,9 @@ def of_several(advices: dict[str, Advice]) -> str:
     text = uncapitalized(advices[names[0]].text)
     if len(names) == 1:
         return f"'{names[0]}': {text}"
-    of_first = "of the first: " if len(set(advices.values())) > 1 else ""
-    return f"{len(names)} pads ({named(names, 3)}): {of_first}{text}"
+    if len(set(advices.values())) > 1:
+        text = f"of the first: {text}"
+    return f"{len(names)} pads ({named(names, 3)}): {text}"
 
 
 def outdated_cache(scene: Any) -> Advice | None:

@@ -27,15 +27,9 @@ LABEL_SHARE = 0.4
 NARROW = 230
 
 
-class Sidebar:
-    """Mix-in of panels in the tab "Sensors" of the 3D view's sidebar.
+class Helped:
+    """Mix-in of panels with a button in the header, which opens a page of the documentation."""
 
-    `help_page` is the page of the documentation that the button in the panel's header opens.
-    """
-
-    bl_space_type = "VIEW_3D"
-    bl_region_type = "UI"
-    bl_category = "Sensors"
     help_page = WINDOW
     layout: Any
 
@@ -43,11 +37,19 @@ class Sidebar:
         draw_help(self.layout, self.help_page)
 
 
+class Sidebar(Helped):
+    """Mix-in of panels in the tab "Sensors" of the 3D view's sidebar."""
+
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = "Sensors"
+
+
 class ClosedSidebar(Sidebar):
     bl_options = {"DEFAULT_CLOSED"}
 
 
-class PhysicsTab:
+class PhysicsTab(Helped):
     """Mix-in of panels below the panel Sensor, in the Physics tab of the Properties editor."""
 
     bl_space_type = "PROPERTIES"

@@ -12,7 +12,7 @@ from ...sensor_logic.logs.files import write_files
 from ...sensor_logic.logs.formats.label_map import read_map
 from ...sensor_logic.logs.formats.outputs import check_apart
 from ...sensor_logic.report import comparison
-from ..process.console import DONE, FAILED, note, prepare_output
+from ..process.console import DONE, FAILED, note
 from ..process.parser import Parser, path, tells_errors
 
 
@@ -42,7 +42,6 @@ def main(arguments: list[str], program: str) -> int:
 def _write_output(text: str) -> int:
     if sys.stdout is None:
         return _fail("standard output is closed: redirect it to a file", FAILED)
-    prepare_output()
     try:
         sys.stdout.write(text)
         sys.stdout.flush()

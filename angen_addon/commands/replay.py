@@ -19,7 +19,7 @@ from ...sensor_logic.logs.formats.units import UNIT_HELP, Units
 from ...sensor_logic.logs.log import Value, parse_start
 from ..output.mqtt.address import AT_ONCE, Address, add_options, address_of
 from ..output.mqtt.link import Link
-from ..output.mqtt.player import Player, remove_messages, retained_messages
+from ..output.mqtt.player import Player, forget
 from ..process.console import DONE, FAILED, Interrupt, leave_hard, note
 from ..process.parser import Parser, path, tells_errors
 from ..process.version import extension_version
@@ -168,12 +168,8 @@ def _forget(options: argparse.Namespace, address: Address, check: Callable[[], N
         raise InputError("--forget removes sensors and replays nothing: leave out EVENTS.csv")
     topic = options.topic or TOPIC
     link = Link(address, Message(f"{topic}/status", OFFLINE))
-    link.connect()
-    try:
-        names = remove_messages(link, retained_messages(link, topic))
-        check()
-    finally:
-        link.close()
+    names = forget(link, topic)
+    check()
     note(f"removed {len(names)} sensors below '{topic}' from {address}")
     return DONE
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Sequence
 from typing import Any
 
 import bpy
@@ -23,7 +24,7 @@ from ..output.output_files import Outputs, check_outputs
 from ..process.console import DONE, FAILED, note
 from ..process.parser import Verb, add_choice, choice_of, path, run_options, tolerance
 from ..runtime.time_base import outside_scene
-from ..scene.sensors import all_sensors, chosen
+from ..scene.sensors import Sensor, all_sensors, chosen
 from .open_home import ProgressLine, open_home, run_home, sensors_of
 
 SHOWN_DIFFERENCES = 50
@@ -37,15 +38,29 @@ def _add_list(verbs: Any, every: argparse.ArgumentParser) -> None:
         action="store_true",
         help="with --json: print the marks of objects too, for residents",
     )
+    verb.add_argument(
+        "--out", type=path, metavar="FILE", help="the output file (default: standard output)"
+    )
 
 
 def _list(options: argparse.Namespace, outputs: Outputs) -> int:
     sensors = sensors_of(options)
+    check_outputs({"--out": options.out})
     if options.json:
         marks = marks_of(bpy.context.view_layer) if options.marks else None
-        outputs.printed = layout_text(sensors, marks)
-        return DONE
+        text = layout_text(sensors, marks)
+    else:
+        text = _table(sensors)
+    if options.out:
+        outputs.texts[options.out] = text
+    else:
+        outputs.printed = text
+    return DONE
+
+
+def _table(sensors: Sequence[Sensor]) -> str:
     width = max(len(sensor.name) for sensor in sensors)
+    text = ""
     for sensor in sensors:
         facts = describe(sensor)
         remark = "" if facts["enabled"] else "  off"
@@ -53,8 +68,8 @@ def _list(options: argparse.Namespace, outputs: Outputs) -> int:
             f"{sensor.name:<{width}}  {sensor.kind.identifier:<14}  "
             f"{facts['update_rate']:6g} Hz  {sensor.room}{remark}"
         )
-        outputs.printed += f"{line.rstrip()}\n"
-    return DONE
+        text += f"{line.rstrip()}\n"
+    return text
 
 
 def _add_apply(verbs: Any, every: argparse.ArgumentParser) -> None:

@@ -72,9 +72,13 @@ def scale(home: Examined) -> Iterator[Found]:
     things = float(np.median(sizes))
     large = whole > LARGE and things > LARGE_THINGS
     small = whole < SMALL / 2 or (whole < SMALL and things < SMALL_THINGS)
-    much = "large" if large else "small"
-    too = f"The home is too {much}: {_length(whole)} from end to end, and half of its objects are "
-    too += f"{'larger' if large else 'smaller'} than {_length(things)}"
+    too = (
+        f"The home is too large: {_length(whole)} from end to end, and half of its objects are "
+        f"larger than {_length(things)}"
+        if large
+        else f"The home is too small: {_length(whole)} from end to end, and half of its objects "
+        f"are smaller than {_length(things)}"
+    )
     sky = np.inf if large else SKY
     high = _too_high(home, (hi - lo)[is_finite], sky) if not small else None
     if high is not None:
@@ -206,8 +210,9 @@ def _larger(home: Examined, things: float) -> str:
 
 def _unit_scale_of(home: Examined, scale: str) -> str:
     """Return how to set a unit scale, which counts for nothing without a unit system."""
-    system = "Unit System to Metric and " if home.scene.unit_settings.system == "NONE" else ""
-    return f"set {system}Unit Scale to {scale} (Scene tab, Units)"
+    if home.scene.unit_settings.system == "NONE":
+        return f"set Unit System to Metric and Unit Scale to {scale} (Scene tab, Units)"
+    return f"set Unit Scale to {scale} (Scene tab, Units)"
 
 
 def _unit_penalty(unit: str, length: float, object_size: float) -> float:

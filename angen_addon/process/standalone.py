@@ -9,15 +9,20 @@ from pathlib import Path
 from types import ModuleType
 
 PACKAGE = "angen_sensors"
+ROOT = Path(__file__).resolve().parents[2]
+# Runs the command line of this very package in another Python.
+_START = (
+    "import runpy, sys; sys.path.insert(0, sys.argv.pop(1)); "
+    "runpy.run_module('angen_addon', run_name='__main__', alter_sys=True)"
+)
 
 
 def load_extension() -> ModuleType:
     """Import and return the extension's root package `angen_sensors`, without registering it."""
     if PACKAGE in sys.modules:
         return sys.modules[PACKAGE]
-    root = Path(__file__).resolve().parents[2]
     spec = importlib.util.spec_from_file_location(
-        PACKAGE, root / "__init__.py", submodule_search_locations=[str(root)]
+        PACKAGE, ROOT / "__init__.py", submodule_search_locations=[str(ROOT)]
     )
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)
@@ -26,16 +31,22 @@ def load_extension() -> ModuleType:
     return module
 
 
+def python_command() -> list[str]:
+    """Return the command line of `angen`, up to its verb, in another Python."""
+    return [sys.executable, "-c", _START, str(ROOT)]
+
+
 def unreadable(file: Path) -> str:
     """Return a text on why `file` cannot be a blend file; empty if it can be one.
 
     Only the first bytes of the file are checked. This function does not need Blender.
     """
+    # Windows calls an attempt to open a folder a lack of permission.
+    if file.is_dir():
+        return f"{file} is a folder; give a blend file"
     try:
         with open(file, "rb") as opened:
             start = opened.read(7)
-    except IsADirectoryError:
-        return f"{file} is a folder; give a blend file"
     except OSError as error:
         return f"cannot read {file}: {error.strerror}"
     if not start:

@@ -320,4 +320,6 @@ def _difference(key: str, before: str | None, now: str | None) -> str:
     if key in {SCENE, SHOWN}:
         return "the scene's settings" if key == SCENE else "which objects are shown"
     name = key.partition(" ")[2]
-    return f"'{name}' (new)" if before is None else f"'{name}'{' (gone)' if now is None else ''}"
+    if before is None:
+        return f"'{name}' (new)"
+    return f"'{name}' (gone)" if now is None else f"'{name}'"

@@ -63,8 +63,8 @@ class Stillness:
     @property
     def why(self) -> str:
         """A text with the first reason and the number of further ones; empty without a reason."""
-        more = len(self.reasons) - 1
-        return "".join(self.reasons[:1]) + (f" (and {more} more)" if more > 0 else "")
+        first, more = "".join(self.reasons[:1]), len(self.reasons) - 1
+        return f"{first} (and {more} more)" if more > 0 else first
 
     def fresh(self, frames: Any, subframes: Any = 0.0) -> np.typing.NDArray[np.bool_]:
         """Return whether the scene at each frame can differ from the scene one frame before, (n,).

@@ -4,14 +4,15 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterable
 from pathlib import Path
 from typing import NamedTuple
 
 # The context of the extension's texts in Blender's translations.
 CONTEXT = "Angen"
-# Stands in both texts for what the program puts in.
-HOLE = "{}"
+# Stands in both texts for what the program puts in, such as {name}.
+HOLE = re.compile(r"\{(\w*)\}")
 LABEL, TIP, TAB, MESSAGE = "label", "tip", "tab", "message"
 
 

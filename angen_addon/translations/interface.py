@@ -13,7 +13,8 @@ import sys
 from collections.abc import Callable, Iterator
 from functools import cache, lru_cache, partial, wraps
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple, get_type_hints
+from weakref import WeakSet
 
 import bpy
 from bpy.types import Menu, Operator, Panel, PropertyGroup
@@ -26,7 +27,11 @@ FOLDER = Path(__file__).parent
 PACKAGE = __name__.removesuffix(".angen_addon.translations.interface")
 DRAWING = ("draw", "draw_header", "draw_header_preset")
 # What a template must have besides its holes, so that it does not match every text.
-LETTERS = 4
+LETTERS = 3
+# Between sentences, between a name and a sentence, and in lists.
+BETWEEN = (". ", ": ", "; ", ", ")
+# A value in a pattern; in quotes it is one name of a list.
+ANY, QUOTED = "(.+?)", "((?:(?!', ).)+?)"
 
 
 def language() -> str:
@@ -47,43 +52,74 @@ def _texts(code: str) -> dict[str, str]:
     return {entry.text: entry.translation for entry in _entries(code)}
 
 
+class _Template(NamedTuple):
+    """A text with values: its longest part, a pattern with a group for each value, their names."""
+
+    part: str
+    pattern: re.Pattern[str]
+    names: list[str]
+    translation: str
+
+
 # Without it each text with values costs 1 ms more, or 10 ms if `re` has forgotten the patterns.
 @cache
-def _templates(code: str) -> list[tuple[re.Pattern[str], str]]:
-    """Return the texts with holes as patterns, those with the most letters first."""
-    found = [e for e in _entries(code) if HOLE in e.text and _letters(e.text) >= LETTERS]
+def _templates(code: str) -> list[_Template]:
+    """Return the texts with values, those with the most letters first."""
+    found = [e for e in _entries(code) if HOLE.search(e.text) and _letters(e.text) >= LETTERS]
     found.sort(key=lambda entry: -_letters(entry.text))
-    return [
-        (re.compile("(.+?)".join(map(re.escape, e.text.split(HOLE))), re.DOTALL), e.translation)
-        for e in found
-    ]
+    made = []
+    for entry in found:
+        parts = HOLE.split(entry.text)[::2]
+        pattern = "".join(
+            re.escape(part) + (QUOTED if part.endswith("'") else ANY) for part in parts[:-1]
+        )
+        whole = re.compile(pattern + re.escape(parts[-1]), re.DOTALL)
+        names = HOLE.findall(entry.text)
+        made.append(_Template(max(parts, key=len), whole, names, entry.translation))
+    return made
 
 
 def _letters(text: str) -> int:
-    return sum(letter.isalpha() for letter in text)
+    """Return the number of letters of a text without its values."""
+    return sum(letter.isalpha() for letter in HOLE.sub("", text))
 
 
 def translated(text: str) -> str:
     """Return a text in the language of the interface; texts without a translation stay."""
     code = language()
-    known = _texts(code)
-    if not known or not text:
-        return text
-    return known.get(text) or _composed(text, code) or text
+    return _in(code, text) if text and _texts(code) else text
+
+
+def _in(code: str, text: str) -> str:
+    return _texts(code).get(text) or _composed(code, text) or text
 
 
 # Without it each text with values costs some 20 µs more at each drawing, of a hundred in a panel.
 @lru_cache(4096)
-def _composed(text: str, code: str) -> str:
-    """Return the translation of a text that is made of a known one and of values; or ""."""
-    known = _texts(code)
+def _composed(code: str, text: str) -> str:
+    """Return the translation of a text that is made of known ones and of values; or ""."""
     label, _, unit = text.rpartition(" (")
-    if unit.endswith(")") and label in known:
-        return f"{known[label]} ({unit}"
-    for pattern, template in _templates(code):
-        if found := pattern.fullmatch(text):
-            values = (known.get(v) or _composed(v, code) or v for v in found.groups())
-            return template.format(*values)
+    if unit.endswith(")") and (known := _texts(code).get(label)):
+        return f"{known} ({unit}"
+    if found := _fitting(code, text):
+        return found
+    # A sentence after a name and a colon begins with a small letter, and alone with a capital one.
+    other = text[:1].swapcase() + text[1:]
+    if found := _texts(code).get(other) or _fitting(code, other):
+        return found[:1].upper() + found[1:] if text[:1].isupper() else found
+    for between in BETWEEN:
+        parts = text.partition(between)[::2]
+        if parts[1] and (found := between.join(_in(code, part) for part in parts)) != text:
+            return found
+    return ""
+
+
+def _fitting(code: str, text: str) -> str:
+    """Return the translation of a text with values, which are translated too; or ""."""
+    for part, pattern, names, template in _templates(code):
+        if part in text and (found := pattern.fullmatch(text)):
+            values = (_in(code, value) for value in found.groups())
+            return template.format(**dict(zip(names, values, strict=True)))
     return ""
 
 
@@ -123,7 +159,9 @@ class _Translated:
         return getattr(self._owner, name)
 
 
-def _translating(draw: Callable[..., None]) -> Callable[..., None]:
+def translating(draw: Callable[..., None]) -> Callable[..., None]:
+    """Decorate a function that draws, in a class or appended to a menu: its layout translates."""
+
     @wraps(draw)
     def translating(self: Any, context: Any) -> None:
         draw(_Translated(self) if _texts(language()) else self, context)
@@ -139,8 +177,8 @@ def in_context(prop: Any) -> Any:
 
 def prepare_classes() -> None:
     """Give the extension's classes, before their registration, its context and translated texts."""
-    for base in (Panel, Menu, Operator, PropertyGroup):
-        for cls in _below(base):
+    for cls in _classes():
+        if cls not in _FORMER:
             _prepare(cls)
 
 
@@ -149,7 +187,7 @@ def _prepare(cls: Any) -> None:
     for name, prop in own.items():
         if isinstance(prop, str) and "Property(" in prop:
             # A postponed annotation, which Blender evaluates in the same way.
-            own[name] = prop = eval(prop, vars(sys.modules[cls.__module__]))
+            own[name] = prop = get_type_hints(cls)[name]
         if hasattr(prop, "keywords"):
             in_context(prop)
     if issubclass(cls, PropertyGroup) or "bl_translation_context" in vars(cls):
@@ -157,7 +195,13 @@ def _prepare(cls: Any) -> None:
     cls.bl_translation_context = CONTEXT
     for name in DRAWING:
         if hasattr(cls, name):
-            setattr(cls, name, _translating(getattr(cls, name)))
+            setattr(cls, name, translating(getattr(cls, name)))
+
+
+def _classes() -> Iterator[Any]:
+    """Yield the extension's classes that Blender can register, each before its subclasses."""
+    for base in (Panel, Menu, Operator, PropertyGroup):
+        yield from _below(base)
 
 
 def _below(base: Any) -> Iterator[Any]:
@@ -165,6 +209,10 @@ def _below(base: Any) -> Iterator[Any]:
         if cls.__module__.startswith(f"{PACKAGE}."):
             yield cls
         yield from _below(cls)
+
+
+# Classes of another version that this one replaces in a running Blender: their modules are gone.
+_FORMER = WeakSet(cls for cls in _classes() if cls.__module__ not in sys.modules)
 
 
 def register() -> None:

@@ -26,6 +26,7 @@ from ..appearance.handles import Handle, SizeHandle
 from ..runtime.running import is_running
 from ..scene.lengths import lengths_of
 from ..scene.sensors import Sensor, unit_scale
+from ..translations.interface import translated
 from .active import active_sensor
 
 # The greatest number of handles of a kind.
@@ -170,7 +171,7 @@ class ANGEN_GT_handle(Gizmo):
         sensor = sensor_with_handles(context) if self.is_highlight or self.is_modal else None
         if sensor is not None:
             text = self.handle.text(sensor, lengths_of(context.scene))
-            _write(context, self.matrix_basis, f"{self.handle.label(sensor)}: {text}")
+            _write(context, self.matrix_basis, f"{translated(self.handle.label(sensor))}: {text}")
 
     def draw_select(self, context: Context, select_id: int) -> None:
         self.draw_custom_shape(self.shape, select_id=select_id)
@@ -214,7 +215,7 @@ class ANGEN_GT_handle(Gizmo):
         if cancel:
             self.handle.put(sensor, self.begin)
         else:
-            bpy.ops.ed.undo_push(message=f"Drag {self.handle.label(sensor)}")
+            bpy.ops.ed.undo_push(message=translated(f"Drag {self.handle.label(sensor)}"))
 
 
 def _write(context: Any, matrix: Matrix, text: str) -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Texts for the reading of a sensor at the current frame.
+"""Texts for the reading of a sensor at the current frame, in the language of the interface.
 
 States differ by icon and by word, never by colour alone.
 """
@@ -33,6 +33,7 @@ from ..runtime.playhead import Playhead, PlayheadReading
 from ..runtime.running import is_running
 from ..scene.lengths import lengths_of
 from ..scene.sensors import Sensor
+from ..translations.interface import language, translated
 
 # s: in full and in short texts, readings younger than this are shown without their age.
 LEAST_AGE, LEAST_AGE_IN_SHORT = 0.2, 1.0
@@ -53,19 +54,19 @@ class ReadingTexts:
     def of(self, sensor: Sensor) -> ReadingText:
         """Return the texts for a sensor's reading. If there is no reading, the texts say why."""
         if not sensor.settings.enabled:
-            return ReadingText("Off", OFF)
+            return ReadingText(translated("Off"), OFF)
         if is_running():
             # During a run the readings belong to the frame before it.
             work = progress.working
             measures = work is not None and work.operator == "angen.measure_light"
-            text = "Measuring" if measures else "Simulating"
+            text = translated("Measuring" if measures else "Simulating")
             return ReadingText(text, UNKNOWN, brief=NOTHING)
         quantity = sensor.reading
         found = self._playhead.of(sensor, quantity)
         warming = _warming_up(sensor, found, self._scene)
         if warming:
             found = found._replace(problem=warming)
-            words = (capital(warming), NOT_SURE, "Warm-up")
+            words = (translated(capital(warming)), NOT_SURE, translated("Warm-up"))
         else:
             words = _texts(sensor.kind, quantity, found, self._lengths)
         return _text_of(sensor.kind, quantity, found, words, self._lengths)
@@ -73,7 +74,7 @@ class ReadingTexts:
     def source(self, sensor: Sensor) -> Any:
         """Return a value that changes whenever the sensor's icon or `short` text may change."""
         source = self._playhead.source(sensor, LEAST_AGE_IN_SHORT)
-        return sensor.settings.enabled, is_running(), EDITS.revision, source
+        return language(), sensor.settings.enabled, is_running(), EDITS.revision, source
 
 
 def reading_text(sensor: Sensor, scene: Any) -> ReadingText:
@@ -97,7 +98,7 @@ def _text_of(
         found.reading.fields or None if found.reading else None,
         found.origin == playhead.RECORDED,
         brief,
-        ORIGINS[found.origin].format(found.frame) if found.reading else "",
+        translated(ORIGINS[found.origin].format(found.frame)) if found.reading else "",
         found.old,
         state_text(kind, quantity, found.keys, lengths) if found.keys else "",
         "" if found.problem or not found.reading else age_text(found, LEAST_AGE_IN_SHORT),
@@ -110,25 +111,31 @@ def _texts(
     """Return the full text, the icon and the brief text for a reading."""
     reading = found.reading
     if found.problem:
+        invalid = translated("Invalid")
         if reading is None:
-            return "Invalid", WRONG, "Invalid"
+            return invalid, WRONG, invalid
         # The value is the last valid one, or 0 if there was none.
         value = quantity.text(reading.value, lengths)
         if found.problem == NOT_YET:
-            return f"Not yet sure, {value}", NOT_SURE, f"{quantity.short(reading.value, lengths)}?"
-        return f"Invalid, {value}" if reading.value else "Invalid", DOUBTFUL, "Invalid"
+            return (
+                translated(f"Not yet sure, {value}"),
+                NOT_SURE,
+                f"{quantity.short(reading.value, lengths)}?",
+            )
+        text = translated(f"Invalid, {value}") if reading.value else invalid
+        return text, DOUBTFUL, invalid
     if reading is None:
         if found.old in (LIGHT_AT_REST, LIGHT_BEFORE):
-            return "Measured at rest", UNKNOWN, "at rest"
-        return "No reading", UNKNOWN, NOTHING
+            return translated("Measured at rest"), UNKNOWN, translated("at rest")
+        return translated("No reading"), UNKNOWN, NOTHING
     text = state_text(kind, quantity, reading, lengths)
     brief = text.partition(",")[0]
     if kind.has_analog_reading and (reading.active or kind.value_when_idle):
-        brief = quantity.short(reading.value, lengths)
+        brief = translated(quantity.short(reading.value, lengths))
     if found.origin == playhead.BAKED:
-        return f"Baked: {text}", BAKED, f"Baked: {brief}"
+        return translated(f"Baked: {text}"), BAKED, translated(f"Baked: {brief}")
     icon = OLD if found.old else ACTIVE if reading.active else IDLE
-    age = age_text(found, LEAST_AGE) or ("old" if found.old else "")
+    age = age_text(found, LEAST_AGE) or (translated("old") if found.old else "")
     return ", ".join(filter(None, (text, age))), icon, brief
 
 
@@ -144,11 +151,11 @@ def _warming_up(sensor: Sensor, found: PlayheadReading, scene: Any) -> str:
 
 def state_text(kind: Kind, quantity: Field, reading: Reading, lengths: Any) -> str:
     """Return a text with the state of a sensor, such as on or off, and its main value."""
-    word = kind.active_label if reading.active else kind.idle_label
+    word = translated(kind.active_label if reading.active else kind.idle_label)
     if not (reading.active or kind.value_when_idle):
         return word
-    what = f"{quantity.word} " if quantity.word else ""
-    return f"{word}, {what}{quantity.text(reading.value, lengths)}"
+    what = f"{translated(quantity.word)} " if quantity.word else ""
+    return f"{word}, {what}{translated(quantity.text(reading.value, lengths))}"
 
 
 def age_text(found: PlayheadReading, least: float) -> str:
@@ -157,10 +164,10 @@ def age_text(found: PlayheadReading, least: float) -> str:
     If the reading is from a later frame than the current one, return that frame instead.
     """
     if found.age < 0.0:
-        return f"at frame {found.frame:g}"
+        return translated(f"at frame {found.frame:g}")
     if found.age < least:
         return ""
     if found.age < 59.5:
-        return f"{found.age:.{0 if found.age >= 9.95 else 1}f} s ago"
+        return translated(f"{found.age:.{0 if found.age >= 9.95 else 1}f} s ago")
     hours, minutes = divmod(round(found.age / 60.0), 60)
-    return f"{hours} h {minutes} min ago" if hours else f"{minutes} min ago"
+    return translated(f"{hours} h {minutes} min ago" if hours else f"{minutes} min ago")

@@ -20,7 +20,13 @@ from ...angen_addon.output.run_log import about, sensor_facts
 from ...angen_addon.runtime.time_base import evaluated_depsgraph
 from ...angen_addon.scene.sensors import Sensor, decimal, unit_scale
 from ...sensor_logic.logs.error import AngenError, explained
-from ...sensor_logic.logs.files import check_folder, file_names, gzipped, write_files
+from ...sensor_logic.logs.files import (
+    InUseError,
+    check_folder,
+    file_names,
+    gzipped,
+    write_files,
+)
 from ...sensor_logic.logs.formats import FORMATS
 from ...sensor_logic.logs.formats.outputs import check_installed, check_out, output_files
 from ...sensor_logic.logs.formats.source import format_labels
@@ -144,7 +150,8 @@ class Folder:
         """Add complete days to `events.csv`, at most `days` in all, if they follow those in it.
 
         At any moment the file is whole, with the days before the first missing one. The other
-        tables are written by `finish`. Raise `AngenError` if a file cannot be written.
+        tables are written by `finish`. While another program has the file open on Windows, do
+        nothing: a later call writes all days. Raise `AngenError` if it cannot be written otherwise.
         """
         file = self._path / EVENTS
         if not file.is_file():
@@ -154,7 +161,10 @@ class Folder:
         while self._grown.days < days and (day := self.read(self._grown.days)) is not None:
             texts.append(self._grown.text_of(day).encode())
         if texts:
-            write_files({file: chain(before, texts)})
+            try:
+                write_files({file: chain(before, texts)})
+            except InUseError:
+                self._grown = GrowingEvents()
 
     def discard(self) -> None:
         """Remove the files that `__init__` has made; if the folder has a day, do nothing."""

@@ -285,8 +285,10 @@ def describe_leaf(obj: Any) -> tuple[str, bool]:
     if leaf.slides:
         return "Slides along its width", True
     hinge = "at its origin" if leaf.pivot is not None else "at the edge of its bounding box"
-    guessed = " (a guess: if it is wrong, choose another Motion)" if leaf.guessed else ""
-    return f"Hinge {hinge}{guessed}", False
+    text = f"Hinge {hinge}"
+    if leaf.guessed:
+        text = f"Hinge {hinge} (a guess: if it is wrong, choose another Motion)"
+    return text, False
 
 
 # m: an object whose top varies by less has no back.

@@ -75,14 +75,18 @@ class Checked:
             "lamp": len(self.places.lamps.keys() - places.keys()),
         }
         what = ", ".join(plural(count, name) for name, count in counts.items() if count)
-        what = f" ({what})" if any(list(counts.values())[1:]) else ""
-        parts = []
-        if self.lost:
-            parts.append(f"{plural(len(self.lost), 'place')} cannot be reached")
-        if self.places.problems:
-            parts.append(f"{len(self.places.problems)} cannot be read")
-        found = ", ".join(parts) or "all places can be reached"
-        return f"{self.marked} marked{what}: {found}"
+        marked = f"{self.marked} marked"
+        if any(list(counts.values())[1:]):
+            marked = f"{self.marked} marked ({what})"
+        lost, problems = plural(len(self.lost), "place"), len(self.places.problems)
+        found = "all places can be reached"
+        if self.lost and problems:
+            found = f"{lost} cannot be reached, {problems} cannot be read"
+        elif self.lost:
+            found = f"{lost} cannot be reached"
+        elif problems:
+            found = f"{problems} cannot be read"
+        return f"{marked}: {found}"
 
 
 def guessed_rooms(home: Examined) -> Iterable[Found]:
@@ -206,15 +210,19 @@ def sentence(checked: Checked, lost: list[Unreached], lengths: Lengths) -> str:
     nearest = min(lost, key=lambda one: one.short)
     several = len(lost) > 1
     names = named((one.place.name for one in lost), len(lost))
-    text = f"{names} cannot be reached from '{nearest.start}': "
     if not len(nearest.way):
-        all_are = "they are" if several else "it is"
-        return text + f"{all_are} on another floor, and residents do not climb stairs"
+        why = (
+            "they are on another floor, and residents do not climb stairs"
+            if several
+            else "it is on another floor, and residents do not climb stairs"
+        )
+        return f"{names} cannot be reached from '{nearest.start}': {why}"
     x, y = (lengths.text(float(c)) for c in nearest.nearest)
     goal = quoted(nearest.place.name) if several else "it"
-    text += f"residents get as far as ({x}, {y}), {lengths.text(nearest.short)} short of {goal}"
-    between = checked.between.get(nearest.place.name, "")
-    return text + (f"; '{between}' is between" if between else "")
+    why = f"residents get as far as ({x}, {y}), {lengths.text(nearest.short)} short of {goal}"
+    if between := checked.between.get(nearest.place.name, ""):
+        why = f"{why}; '{between}' is between"
+    return f"{names} cannot be reached from '{nearest.start}': {why}"
 
 
 def sentences(checked: Checked, lengths: Lengths) -> list[str]:

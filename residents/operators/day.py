@@ -8,13 +8,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from datetime import date, timedelta
-from pathlib import Path
 from typing import Any
 
 import bpy
 from bpy.props import IntProperty, StringProperty
 from bpy.types import Context, Operator
 
+from ...angen_addon.relative_path import absolute
 from ...angen_addon.runtime import handlers
 from ...angen_addon.scene.memory import forgets_at_load
 from ...angen_addon.scene.sensors import all_sensors, simulated
@@ -35,6 +35,7 @@ from ..days.rows import HOUR_S, frame_at, hours_minutes
 from ..days.truth import activities
 from ..routine.routine import time_of_day
 
+WEEKDAYS = ("Monday", "Tuesday", "Wednesday", "Thursday", "Friday", "Saturday", "Sunday")
 # The last computed day: computing one takes seconds.
 _computed: ComputedDay | None = None
 
@@ -82,7 +83,7 @@ def settings_of(scene: Any) -> tuple[Plan, date, int]:
         return Plan.from_text(settings.text.as_string(), settings.text.name), start, settings.seed
     if not settings.routine:
         raise InputError("no routine: choose a routine file, or a text in this file")
-    path = Path(bpy.path.abspath(settings.routine))
+    path = absolute(settings.routine)
     return Plan.from_text(read_text(path), path.name), start, settings.seed
 
 
@@ -176,7 +177,8 @@ class ANGEN_OT_day_read(LongWork, Operator):
             item.place = places[done.activity]
         _, settings.mark = day.mark
         note_read(context.scene)
-        settings.told = f"{day.on:%A} {day.on.isoformat()}: {len(settings.done)} activities"
+        weekday = WEEKDAYS[day.on.weekday()]
+        settings.told = f"{weekday} {day.on.isoformat()}: {len(settings.done)} activities"
         self.report({"INFO"}, translated(settings.told))
 
 
@@ -234,8 +236,9 @@ class ANGEN_OT_day_show(_ShowActivity, Operator):
     def description(cls, context: Context, properties: Any) -> str:
         done = context.scene.angen_day.done
         if not 0 <= properties.index < len(done):
-            return cls.bl_description
-        return f"{_activity_sentence(done[properties.index])}. {cls.bl_description}"
+            return translated(cls.bl_description)
+        sentence = _activity_sentence(done[properties.index])
+        return f"{sentence}. {translated(cls.bl_description)}"
 
     def _target(self, settings: Any) -> tuple[int, float | None]:
         if not 0 <= self.index < len(settings.done):
@@ -267,12 +270,12 @@ class ANGEN_OT_day_go(_ShowActivity, Operator):
         try:
             start = time_of_day(text)
         except ValueError:
-            return cls.bl_description
+            return translated(cls.bl_description)
         theirs = [d for d in settings.done if properties.person in ("", d.person)]
         found = [
             _activity_sentence(d) for d in theirs if d.start < start + HOUR_S and d.end > start
         ]
-        return "\n".join([f"Go to {text}", *found])
+        return "\n".join([translated(f"Go to {text}"), *found])
 
     def _target(self, settings: Any) -> tuple[int, float | None]:
         text = self.time or settings.time
@@ -289,8 +292,8 @@ class ANGEN_OT_day_go(_ShowActivity, Operator):
 
 def _activity_sentence(item: Any) -> str:
     start, end = hours_minutes(item.start), hours_minutes(item.end)
-    where = f", {item.room}" if item.room else ""
-    return f"{item.name} ({item.person}{where}), {start} to {end}"
+    where = f"{item.person}, {item.room}" if item.room else item.person
+    return translated(f"{item.name} ({where}), {start} to {end}")
 
 
 class ANGEN_OT_day_leave(Operator):

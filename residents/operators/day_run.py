@@ -12,6 +12,7 @@ from typing import Any
 import bpy
 from bpy.types import Context, Operator
 
+from ...angen_addon.relative_path import absolute
 from ...angen_addon.scene.sensors import all_sensors, simulated
 from ...angen_addon.translations.interface import translated
 from ...operators.long_work import LongWork
@@ -50,7 +51,7 @@ class ANGEN_OT_day_run(LongWork, Operator):
         "that are complete"
     )
     bl_options = {"REGISTER"}
-    esc = "keeps the days that are complete"
+    esc = "Esc keeps the days that are complete"
     _playhead = (0, 0.0)
 
     @classmethod
@@ -73,7 +74,7 @@ class ANGEN_OT_day_run(LongWork, Operator):
         scene = context.scene
         settings = scene.angen_day
         plan, start, seed = settings_of(scene)
-        path = Path(bpy.path.abspath(settings.out))
+        path = absolute(settings.out)
         formats = [name for name in BITS if name in settings.formats]
         check_dates(start, settings.days, formats)
         check_folder(path if path.exists() else path.resolve().parent, "Folder")
@@ -113,7 +114,7 @@ class ANGEN_OT_day_run(LongWork, Operator):
         if not result.whole:
             kept = "No day is complete, so nothing is kept"
         elif result.whole < settings.days:
-            kept += "; press Run Days again to continue with the next day"
+            kept += ". Press Run Days again to continue with the next day"
         if result.problem is not None:
             raise AngenError(f"{result.problem}. {kept}")
         self.report({"INFO"}, translated(kept))
@@ -156,7 +157,9 @@ def _simulate_days(household: HouseholdDays, folder: Folder, days: int) -> Work[
                 if number not in spans:
                     spans = {number: household.acted(number).spans(0.0, DAY_S)}
                 part = made + moved_share(spans[number], now.share)
-                text = f"day {number + 1} of {days}" + (f", {now.doing}" if now.doing else "")
+                text = f"day {number + 1} of {days}"
+                if now.doing:
+                    text = f"day {number + 1} of {days}, {now.doing}"
                 yield Doing(ACTED + (1.0 - ACTED) * part / len(left), text, slow=bool(now.doing))
     except Enough:
         pass

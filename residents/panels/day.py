@@ -22,7 +22,7 @@ def _draw_strip(layout: Any, settings: Any, person: str, now: float | None) -> N
 
     A click on an hour goes to its time. `now` is the shown time in s since midnight, or None.
     """
-    layout.label(text=person)
+    layout.label(text=person, translate=False)
     colours = colours_of(settings.done)
     spans = [(d.start, d.end, colours[d.name]) for d in settings.done if d.person == person]
     lines = layout.column(align=True)
@@ -49,7 +49,10 @@ class ANGEN_UL_done(UIList):
         row = layout.row(align=True)
         row.alignment = "LEFT"
         icon = icon_of(plain_pixels(colours_of(data.done)[item.name]))
-        row.operator("angen.day_show", text=text, icon_value=icon, emboss=False).index = index
+        show = row.operator(
+            "angen.day_show", text=text, icon_value=icon, emboss=False, translate=False
+        )
+        show.index = index
 
 
 def _draw_run(layout: Any, settings: Any) -> None:
@@ -114,6 +117,7 @@ class ANGEN_PT_day(ClosedSidebar, Panel):
             layout.label(
                 text=f"{hours_minutes(at)}:{at % 60:04.1f}, {shown.name} ({shown.person})",
                 icon="TIME",
+                translate=False,
             )
             layout.prop(settings, "skip")
             layout.operator("angen.day_leave", icon="LOOP_BACK")

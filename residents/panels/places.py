@@ -67,6 +67,7 @@ def _draw_moved(layout: Any, column: Any, context: Context) -> None:
 
 class ANGEN_PT_physics_place(PhysicsTab, Panel):
     bl_label = "Resident's Place"
+    help_page = "residents"
     bl_options = {"DEFAULT_CLOSED"}
 
     @classmethod
@@ -85,7 +86,7 @@ class ANGEN_PT_places(ClosedSidebar, Panel):
         layout = self.layout
         obj = context.object
         if obj is not None and not is_sensor(obj):
-            layout.label(text=obj.name, icon="OBJECT_DATA")
+            layout.label(text=obj.name, icon="OBJECT_DATA", translate=False)
             draw_place(layout, context)
         layout.operator_menu_enum("angen.place_point", "use", text="Add Place at 3D Cursor")
         row = layout.row(align=True)

@@ -29,6 +29,7 @@ def resident_of(obj: Any) -> Any:
 
 class _Resident:
     bl_label = "Resident"
+    help_page = "residents"
     layout: Any
 
     @classmethod
@@ -68,7 +69,7 @@ class ANGEN_PT_physics_resident(_Resident, PhysicsTab, Panel):
 
 
 class ANGEN_PT_sidebar_resident(_Resident, Sidebar, Panel):
-    help_page = "residents"
+    pass
 
 
 register, unregister = bpy.utils.register_classes_factory(

@@ -489,7 +489,9 @@ def _shown(first: date, seconds: float) -> str:
 
 def _rows(content: str, name: str) -> list[tuple[int, datetime, datetime, str, str]]:
     """Return line, start, end, person and activity of each row of a diary's file."""
-    rows = csv.DictReader(io.StringIO(content))
+    head = content.partition("\n")[0]
+    # As Excel writes where numbers have decimal commas.
+    rows = csv.DictReader(io.StringIO(content), delimiter="," if "," in head else ";")
     missing = [column for column in COLUMNS if column not in (rows.fieldnames or ())]
     if missing:
         raise InputError(f"{name}, line 1: the column {missing[0]!r} is missing")

@@ -30,6 +30,10 @@ LONGEST = 240
 Content = str | bytes | Iterable[str] | Iterable[bytes]
 
 
+class InUseError(AngenError):
+    """Another program has the file open, so that Windows does not replace it."""
+
+
 def check_folder(folder: Path, what: str) -> None:
     """Raise AngenError if no file can be written in `folder`.
 
@@ -45,7 +49,7 @@ def check_folder(folder: Path, what: str) -> None:
 
 
 def check_target(path: Path, what: str) -> None:
-    """Raise AngenError if `path` is a file that cannot be replaced.
+    """Raise AngenError if `path` is a file that cannot be replaced; `InUseError` if it is open.
 
     Windows replaces no file that another program has open in the usual way, as Excel does, and
     no file that is read-only. The message begins with `what`.
@@ -57,7 +61,7 @@ def check_target(path: Path, what: str) -> None:
         target = path.resolve()
         target.rename(target)
     except PermissionError:
-        raise AngenError(
+        raise InUseError(
             f"{what}: another program has {path} open: close it there, or give another name"
         ) from None
     if SYSTEM == "nt" and not os.access(path, os.W_OK):

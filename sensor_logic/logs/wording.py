@@ -47,8 +47,8 @@ def named(names: Iterable[str], most: int = MOST_NAMES) -> str:
 
 def listed(texts: list[str], most: int = MOST_NAMES) -> str:
     """Return the first `most` texts, and how many more there are."""
-    more = len(texts) - most
-    return ", ".join(texts[:most]) + (f" and {more} more" if more > 0 else "")
+    more, shown = len(texts) - most, ", ".join(texts[:most])
+    return f"{shown} and {more} more" if more > 0 else shown
 
 
 def plural(count: int, noun: str) -> str:

@@ -66,7 +66,7 @@ def test_sensors_are_chosen_by_patterns_and_kinds(world, command, tmp_path, opti
     assert status == 0
     assert {row.split(",")[2] for row in out.splitlines()[1:]} == names
     expected = tmp_path / "expected.csv"
-    expected.write_text(out, encoding="utf-8")
+    expected.write_text(out, encoding="utf-8", newline="")
     assert command("check", expected, "--quiet", *options)[0] == 0
 
 
@@ -103,6 +103,18 @@ def test_sensors_that_are_off_are_named(home, world, command):
         *(False, False),  # Dörr; Hall, PIR
         *(True, True),  # dark; off
     ]
+
+
+@pytest.mark.parametrize("options", [["--json"], []])
+def test_list_writes_the_file_that_windows_powershell_would_write_in_utf_16(
+    home, command, tmp_path, options
+):
+    file = tmp_path / "sensors"
+    printed = command("list", *options)[1]
+    assert "Dörr" in printed
+    assert command("list", *options, "--out", file)[:2] == (0, "")
+    assert file.read_bytes().decode() == printed
+    assert command("list", *options, "--out", bpy.data.filepath)[0] == 2
 
 
 @pytest.fixture

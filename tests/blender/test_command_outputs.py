@@ -87,7 +87,7 @@ def test_no_output_is_another_one(home, command, tmp_path, arguments, words):
 
 
 def test_nothing_may_be_written_twice_into_no_file_at_all(home, command, tmp_path):
-    status, _, err = command("simulate", "--events", "/dev/null", "--quiet")
+    status, _, err = command("simulate", "--events", os.devnull, "--quiet")
     assert (status, err) == (0, "")
 
 

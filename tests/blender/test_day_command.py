@@ -124,7 +124,7 @@ def test_what_was_kept_is_gone_on_with(
             steps.append(step)
             if len(steps) == 3:
                 grown.append((home.parent / "parts" / "events.csv").read_bytes())
-                os.kill(os.getpid(), signal.SIGINT)
+                signal.raise_signal(signal.SIGINT)
             yield step
         raise AssertionError("Ctrl-C was not heard")
 
@@ -157,6 +157,30 @@ def test_days_depend_on_themselves_alone(day: Any, home: Path, lived: Callable[.
         assert later == [row for row in alone if row[key] > "2026-03-03T00:00:01"]
         first = [row[key][11:] for row in both if row[key] < "2026-03-03"]
         assert first != [row[key][11:] for row in alone]
+
+
+def test_a_log_that_excel_has_open_on_windows_while_days_are_made(
+    day: Any, home: Path, lived: Callable[..., Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It grows again once it is closed, and the days go on meanwhile."""
+    lived(2)
+    out, rename, opened = home.parent / "parts", os.rename, [True]
+    write(out, FIRST_DAY, LIVED[2])
+    (out / "events.csv").write_bytes(b"a former run")
+
+    def guarded(old: Any, new: Any, **options: Any) -> None:
+        if opened and str(out / "events.csv") in (str(old), str(new)):
+            raise PermissionError(13, "Permission denied", str(old), 32, str(new))
+        rename(old, new, **options)
+
+    monkeypatch.setattr(os, "rename", guarded)
+    status, told = day(out="parts")
+    assert status == 1 and "another program has" in told and "events.csv open" in told
+    assert (out / "days" / "2026-03-03.json").is_file()
+    assert (out / "events.csv").read_bytes() == b"a former run"
+    opened.clear()
+    assert day(out="parts")[0] == 0
+    assert content(out) == LIVED[2]
 
 
 def test_a_full_disk_is_one_line_and_keeps_whole_days(

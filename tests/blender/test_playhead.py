@@ -373,7 +373,7 @@ def test_a_stopped_run_is_kept_where_the_recording_is_stale(door):
     updates = len(recording.tracks["Front door"])
     assert 0 < updates < 72
     assert stop(recording) == [
-        f"Stopped, and recorded frames 1 to {recording.frame_end}: {updates} updates. "
+        f"Stopped. Recorded frames 1 to {recording.frame_end}: {updates} updates. "
         "Undo brings back frames 1 to 72"
     ]
     assert results().recording(door.scene) is recording

@@ -104,6 +104,28 @@ def test_nothing_is_printed_in_it(tmp_path):
     assert (done.returncode, said, done.stderr) == (0, "registered True", "")
 
 
+UPGRADE = """
+import bpy
+from angen_addon.process.standalone import PACKAGE, load_extension
+class Former(bpy.types.Operator):
+    bl_idname, bl_label = "angen.former", "Former"
+    __module__ = PACKAGE + ".operators.former"
+    __annotations__ = {"name": "StringProperty()"}
+extension = load_extension()
+extension.register()
+print("registered", hasattr(bpy.types.Object, "angen_sensor"), Former.__annotations__)
+"""
+
+
+def test_it_registers_where_blender_replaces_another_version_of_it():
+    """Blender drops the modules of the former version, whose classes stay."""
+    done = subprocess.run(
+        [sys.executable, "-c", UPGRADE], capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "registered True {'name': 'StringProperty()'}" in done.stdout
+
+
 def live_works(world):
     wall = world.wall(0.02)
     sensor = world.switch()

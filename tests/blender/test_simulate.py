@@ -168,7 +168,7 @@ def test_the_window_asks_before_a_longer_recording_is_lost(home, monkeypatch):
     simulate(1, 50)
     apart = Asked(frame_start=60, frame_end=70)
     assert apart.press(monkeypatch) == (
-        "The recording has frames 1 to 50.\nFrames 60 to 70 replace it; undo brings it back."
+        "The recording has frames 1 to 50.\nFrames 60 to 70 replace it. Undo brings it back"
     )
     assert not apart.ran and frames() == (1, 50)
     sensor().update_rate = 5.0
@@ -216,7 +216,8 @@ def lit(home):
 
 def test_a_run_without_light_says_so_and_claims_nothing_of_it(lit, tmp_path, capfd):
     assert simulate(1, 20, without_light=True) == {"FINISHED"}
-    assert "frames 1 to 20, without light sensors" in capfd.readouterr().out
+    said = capfd.readouterr().out
+    assert "Recorded frames 1 to 20: " in said and "Light sensors are not recorded" in said
     assert sorted(kept().recording.tracks) == ["PIR", "Switch"]
     lit.scene.frame_set(10)
     assert "Light sensors are not recorded" in drawn("ANGEN_PT_simulation").text
@@ -257,7 +258,7 @@ def test_fresh_light_is_not_lost_in_silence(lit, monkeypatch):
     longer = Asked(frame_start=1, frame_end=40, without_light=True)
     assert longer.press(monkeypatch) == (
         "The recording has frames 1 to 20.\n"
-        "Frames 1 to 40, without light sensors, replace it; undo brings it back."
+        "Frames 1 to 40, without light sensors, replace it. Undo brings it back"
     )
     simulate(1, 40, without_light=True)
     assert not Asked(frame_start=1, frame_end=40).press(monkeypatch)

@@ -94,6 +94,17 @@ def test_a_saved_home_that_is_open_in_another_program_is_told_before_the_run(
     assert saved.read_bytes() == b"old"
 
 
+def test_a_home_that_was_saved_on_windows_finds_its_routine(lived_home, addon_part):
+    """There Blender writes the path of a chosen file with backslashes."""
+    day = bpy.context.scene.angen_day
+    folder = lived_home.parent / "routines"
+    folder.mkdir()
+    (lived_home.parent / "week.toml").rename(folder / "week.toml")
+    day.routine, day.date = "//routines\\week.toml", "2026-03-02"
+    plan, *_ = addon_part("residents.operators.day").settings_of(bpy.context.scene)
+    assert plan.name == "week.toml"
+
+
 @pytest.mark.parametrize(
     ("system", "quote"), [("win32", '"{}"'), ("linux", "'{}'"), ("darwin", "'{}'")]
 )

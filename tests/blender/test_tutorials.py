@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The tutorials that need only Blender; tests/readers has those that need other packages too."""
 
+import shutil
 import sys
 from pathlib import Path
 
@@ -12,6 +13,8 @@ import command_tables
 
 @pytest.mark.parametrize("name", ["first_sensor", pytest.param("ci", marks=pytest.mark.slow)])
 def test_a_tutorial_runs_as_it_stands(name: str, tmp_path: Path) -> None:
+    if name == "ci":
+        shutil.copy(ROOT / "sample_blends" / "angen.blend", tmp_path / "home.blend")
     run_page(ROOT / "docs" / "tutorials" / f"{name}.md", tmp_path, sys.executable, sys.executable)
     if name == "first_sensor":
         # Pasted into Blender, it writes into a folder that exists and can be written.

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A real broker and listener (mosquitto), and the commands that send to that broker.
 
-`make mqtt` fetches mosquitto and paho-mqtt and runs these tests; elsewhere they are skipped.
+`make mqtt` fetches mosquitto and runs these tests; where mosquitto is missing they are skipped.
+paho-mqtt is that of the extension's zip.
 """
 
 from __future__ import annotations
@@ -13,13 +14,15 @@ import socket
 import subprocess
 import sys
 import time
-from importlib.util import find_spec
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 MOSQUITTO = ROOT / "build" / "mosquitto" / "bin"
+# Python imports a wheel of pure Python from where it lies.
+(PAHO,) = (str(wheel) for wheel in ROOT.glob("wheels/paho_mqtt-*.whl"))
 PATIENCE_S = 60.0
 LAST = "angen/end-of-test"
 
@@ -31,11 +34,12 @@ def mosquitto() -> Path:
 
 
 @pytest.fixture(scope="session", autouse=True)
-def _needs_a_broker() -> None:
-    if "ANGEN_MQTT" in os.environ:
-        return
-    if not (MOSQUITTO / "mosquitto_sub").exists() or find_spec("paho") is None:
-        pytest.skip("mosquitto or paho-mqtt is not here: make mqtt")
+def _needs_a_broker() -> Iterator[None]:
+    if "ANGEN_MQTT" not in os.environ and not (MOSQUITTO / "mosquitto_sub").exists():
+        pytest.skip("mosquitto is not here: make mqtt")
+    sys.path.append(PAHO)
+    yield
+    sys.path.remove(PAHO)
 
 
 def until(what, *arguments):
@@ -94,7 +98,8 @@ class Broker:
     def retained(self) -> dict[str, str]:
         """Return the retained messages, by topic."""
         with self.listen() as listener:
-            return dict(listener.all())
+            # A message without a payload removes the one before.
+            return {topic: payload for topic, payload in dict(listener.all()).items() if payload}
 
 
 class Listener:
@@ -159,6 +164,46 @@ def broker(make_broker):
     return make_broker("allow_anonymous true")
 
 
+@pytest.fixture(scope="session")
+def secrets(tmp_path_factory, mosquitto):
+    """Return a folder with certificates and a password.
+
+    ca.pem, and other.pem, which signed nothing; server.pem of localhost with its key; the password
+    of the user angen, who may not write to `forbidden`.
+    """
+    folder = tmp_path_factory.mktemp("secrets")
+    (folder / "names").write_text("subjectAltName=DNS:localhost")
+    new_key = "-newkey rsa:2048 -nodes -keyout"
+    for command in (
+        f"openssl req -x509 {new_key} ca.key -out ca.pem -subj /CN=ca",
+        f"openssl req -x509 {new_key} other.key -out other.pem -subj /CN=other",
+        f"openssl req {new_key} server.key -out server.csr -subj /CN=localhost",
+        "openssl x509 -req -in server.csr -CA ca.pem -CAkey ca.key -CAcreateserial -extfile names "
+        "-out server.pem",
+        f"{mosquitto / 'mosquitto_passwd'} -b -c passwords angen geheim-ü",
+    ):
+        subprocess.run(command.split(), cwd=folder, check=True, capture_output=True)
+    (folder / "acl").write_text(
+        "user angen\ntopic readwrite angen/#\ntopic readwrite homeassistant/#\n"
+    )
+    (folder / "password").write_text("geheim-ü\n", encoding="utf-8")
+    (folder / "wrong").write_text("geheim-u\n")
+    (folder / "empty").write_text("\n")
+    return folder
+
+
+@pytest.fixture
+def guarded(make_broker, secrets):
+    """Return a broker with TLS that lets in only the user angen."""
+    files = {"password_file": "passwords", "acl_file": "acl", "cafile": "ca.pem"}
+    files |= {"certfile": "server.pem", "keyfile": "server.key"}
+    lines = [f"{option} {secrets / name}" for option, name in files.items()]
+    made = make_broker("allow_anonymous false", *lines)
+    made.access = ["--cafile", secrets / "ca.pem", "-h", "localhost"]
+    made.access += ["-u", "angen", "-P", "geheim-ü"]
+    return made
+
+
 @pytest.fixture
 def start(tmp_path):
     """Start a command of `angen`; the process ends with the test."""
@@ -169,7 +214,12 @@ def start(tmp_path):
             subprocess.Popen(
                 [sys.executable, "-m", "angen_addon", *map(str, arguments)],
                 cwd=ROOT,
-                env={**os.environ, "PYTHONDONTWRITEBYTECODE": "1", **environment},
+                env={
+                    **os.environ,
+                    "PYTHONDONTWRITEBYTECODE": "1",
+                    "PYTHONPATH": PAHO,
+                    **environment,
+                },
                 stdout=subprocess.PIPE,
                 stderr=subprocess.PIPE,
                 text=True,

@@ -6,7 +6,6 @@ from __future__ import annotations
 import csv
 import json
 import signal
-import subprocess
 from importlib.util import find_spec
 
 import pytest
@@ -222,46 +221,6 @@ def test_sensors_that_a_home_has_no_more_go(broker, angen, events, endless) -> N
         "angen/status",
         "angen/pir_hall/moved",
     }
-
-
-@pytest.fixture(scope="module")
-def secrets(tmp_path_factory, mosquitto):
-    """Return a folder with certificates and a password.
-
-    ca.pem, and other.pem, which signed nothing; server.pem of localhost with its key; the password
-    of the user angen, who may not write to `forbidden`.
-    """
-    folder = tmp_path_factory.mktemp("secrets")
-    (folder / "names").write_text("subjectAltName=DNS:localhost")
-    new_key = "-newkey rsa:2048 -nodes -keyout"
-    for command in (
-        f"openssl req -x509 {new_key} ca.key -out ca.pem -subj /CN=ca",
-        f"openssl req -x509 {new_key} other.key -out other.pem -subj /CN=other",
-        f"openssl req {new_key} server.key -out server.csr -subj /CN=localhost",
-        "openssl x509 -req -in server.csr -CA ca.pem -CAkey ca.key -CAcreateserial -extfile names "
-        "-out server.pem",
-        f"{mosquitto / 'mosquitto_passwd'} -b -c passwords angen geheim-ü",
-    ):
-        subprocess.run(command.split(), cwd=folder, check=True, capture_output=True)
-    (folder / "acl").write_text(
-        "user angen\ntopic readwrite angen/#\ntopic readwrite homeassistant/#\n"
-    )
-    (folder / "password").write_text("geheim-ü\n", encoding="utf-8")
-    (folder / "wrong").write_text("geheim-u\n")
-    (folder / "empty").write_text("\n")
-    return folder
-
-
-@pytest.fixture
-def guarded(make_broker, secrets):
-    """Return a broker with TLS that lets in only the user angen."""
-    files = {"password_file": "passwords", "acl_file": "acl", "cafile": "ca.pem"}
-    files |= {"certfile": "server.pem", "keyfile": "server.key"}
-    lines = [f"{option} {secrets / name}" for option, name in files.items()]
-    made = make_broker("allow_anonymous false", *lines)
-    made.access = ["--cafile", secrets / "ca.pem", "-h", "localhost"]
-    made.access += ["-u", "angen", "-P", "geheim-ü"]
-    return made
 
 
 def test_password_and_tls(guarded, angen, events, secrets) -> None:

@@ -131,6 +131,29 @@ def test_each_picture_is_on_a_page():
     assert [name for name in pictures if f"pictures/{name}" not in text] == []
 
 
+COMMANDS = "angen|awk|blender|cat|cp|curl|dask|diff|grep|head|helm|kubectl|make|pip|python3?|touch"
+
+
+def commands():
+    """Yield the page and the text of each command of the docs that a user types."""
+    for path in [*page.DOCS.rglob("*.md"), ROOT / "README.md"]:
+        text = path.read_text(encoding="utf-8")
+        blocks = re.findall(r"^```sh\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+        indented = re.findall(rf"^ {{4,}}((?:{COMMANDS}) .*(?:\\\n.*)*)", text, re.MULTILINE)
+        for line in [*"".join(blocks).splitlines(), *indented]:
+            yield path.name, line
+
+
+def test_commands_of_the_docs_run_in_each_shell_of_windows_and_macos():
+    """Neither cmd nor PowerShell has the words and signs of a POSIX shell."""
+    found = list(commands())
+    assert len(found) > 60
+    for name, line in found:
+        assert not re.match(r"(awk|cat|cp|curl|diff|grep|head|python3|touch) ", line), (name, line)
+        # Lines that go on, pipes and redirections, variables, comments, quotes that are none.
+        assert not re.search(r"[\\|&<>$#'`~]", line), (name, line)
+
+
 def test_the_glossary_is_short_and_in_order():
     text = (page.DOCS / "glossary.md").read_text(encoding="utf-8")
     terms = re.findall(r"^\| \*\*(.+?)\*\* \|", text, re.MULTILINE)

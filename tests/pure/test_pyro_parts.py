@@ -327,6 +327,20 @@ def test_the_chain_ends_each_step_where_lsim_does_and_misses_no_peak(rate):
     assert max(map(abs, peaks)) == pytest.approx(largest, rel=0.02)
 
 
+def test_the_chain_moves_on_from_long_rests_as_lsim_does():
+    dt, draw = 0.02, np.random.default_rng(3).normal
+    levels = [0.0, 2.5, 2.5, -0.7]
+    power = np.concatenate([np.append(draw(size=30), np.full(3000, level)) for level in levels])
+    power[0] = 0.0
+    system = signal.lti(*polynomials(USUAL))
+    _, expected, _ = signal.lsim(system, power, np.arange(len(power)) * dt)
+    # Another interval in the middle of a rest.
+    at, extra = 2000, 7.0
+    chain = Chain(USUAL)
+    peaks = chain.advance(np.insert(power, at, 0.0), np.insert(np.full(len(power), dt), at, extra))
+    assert np.abs(np.delete(peaks, at) - expected).max() < 1e-9 * np.abs(expected).max()
+
+
 def test_rest_is_rest_and_a_step_of_any_length_is_stable():
     chain = Chain(USUAL)
     peaks = chain.advance(np.full(100, 447.3), np.full(100, 0.1))

@@ -230,6 +230,10 @@ ROWS = """start,end,person,activity
 """
 
 
+def test_a_diary_that_excel_in_german_has_saved_is_the_same() -> None:
+    assert diary.read(ROWS.replace(",", ";"), "diary.csv") == diary.read(ROWS, "diary.csv")
+
+
 def test_a_diary_is_taken_as_it_stands() -> None:
     first, segments = diary.read(ROWS, "diary.csv")
     assert first == MONDAY

@@ -6,16 +6,21 @@ those that need Blender.
 """
 
 import ast
+import builtins
+import importlib
 import io
 import os
+import re
 import sys
+import types
 import unicodedata
 import zoneinfo
 from pathlib import Path
 
 import pytest
-from angen_sensors.angen_addon.commands import compare as compare_command
+from angen_sensors.angen_addon.__main__ import main
 from angen_sensors.angen_addon.commands import convert
+from angen_sensors.angen_addon.process.standalone import unreadable
 from angen_sensors.sensor_logic.logs import files
 from angen_sensors.sensor_logic.logs.error import AngenError, InputError
 from angen_sensors.sensor_logic.logs.files import (
@@ -53,7 +58,7 @@ def test_standard_output_with_line_ends_and_code_page_of_windows(terminal, code_
     path = tmp_path / "Küche → 1.csv"
     path.write_bytes(LOG.encode())
     written = terminal(code_page)
-    assert compare_command.main([str(path), str(path)], "angen") == 0
+    assert main(["compare", str(path), str(path)]) == 0
     text = written.getvalue().decode()
     assert "Küche → 1" in text and "\r" not in text
 
@@ -99,6 +104,81 @@ def test_a_file_open_in_another_program_is_told_before_the_work(tmp_path, opened
     assert (status, err.count("\n")) == (1, 1)
     assert f"--out: another program has {out} open" in err
     check_target(path, "--out")
+
+
+def test_a_folder_that_cannot_be_opened_as_a_file(tmp_path, monkeypatch):
+    """Windows calls it a lack of permission."""
+
+    def refuse(path, *_, **__):
+        raise PermissionError(13, "Permission denied", str(path))
+
+    monkeypatch.setattr(builtins, "open", refuse)
+    monkeypatch.setattr(io, "open", refuse)
+    with pytest.raises(InputError, match=f"cannot read {re.escape(str(tmp_path))}: Is a directory"):
+        files.read_text(tmp_path)
+    with pytest.raises(InputError, match="Permission denied"):
+        files.read_text(tmp_path / "log.csv")
+    assert unreadable(tmp_path) == f"{tmp_path} is a folder; give a blend file"
+
+
+@pytest.fixture
+def results(monkeypatch):
+    """Return the module of a study's results, without the locks that Windows lacks."""
+    for package in ("pandas", "distributed"):
+        pytest.importorskip(package)
+    module = importlib.import_module("angen_sensors.studies.results")
+    monkeypatch.setattr(module, "fcntl", None)
+    return module
+
+
+def test_two_studies_that_write_into_one_folder(tmp_path, opened, results):
+    with results.Store(tmp_path / "out"):
+        opened.add(tmp_path / "out" / "runs.jsonl")
+        with pytest.raises(InputError, match=r"another process writes a study into .*out"):
+            results.Store(tmp_path / "out")
+
+
+def test_a_table_of_a_study_that_is_open_in_another_program_meanwhile(
+    tmp_path, opened, results, monkeypatch, capsys
+):
+    """As somebody looks at it in Excel, the runs go on."""
+    engine = importlib.import_module("angen_sensors.studies.engine")
+    study = importlib.import_module("angen_sensors.studies.study")
+    (tmp_path / "home.blend").write_bytes(b"BLENDER")
+    (tmp_path / "s.toml").write_text('home = "home.blend"\n[vary]\n"PIR.rays" = [5, 10, 20]\n')
+    home = engine.StudiedHome("home.blend", {"PIR": "PIR"}, "sha256:0")
+
+    class Done:
+        status = "finished"
+
+        def __init__(self, value):
+            self.result = lambda: value
+
+    def submit(_client, name, argument):
+        if name == "runs.examine":
+            return Done(home)
+        return Done([engine.RunResult(task.digest, {"events": 1}, 0.1) for task in argument])
+
+    client = types.SimpleNamespace(nthreads=lambda: {"one": 1}, status="running")
+    monkeypatch.setattr(engine, "check_workers", lambda _: {"numpy": "2"})
+    monkeypatch.setattr(engine, "send_files", lambda *_: None)
+    monkeypatch.setattr(engine, "submit", submit)
+    monkeypatch.setattr(engine.distributed, "wait", lambda *_, **__: None)
+    monkeypatch.setattr(engine, "TABLES_S", -1.0)
+    table = tmp_path / "out" / "results.csv"
+    table.parent.mkdir()
+    table.write_text("looked at")
+    opened.add(table)
+    with results.Store(tmp_path / "out") as store:
+        driver = engine.Driver(study.read(tmp_path / "s.toml"), store, client)
+        driver.run(lambda *_: None)
+        assert driver.kept() == 3
+        with pytest.raises(InputError, match=r"another program has .*results\.csv open"):
+            driver.write_tables()
+        opened.clear()
+        driver.write_tables()
+    assert table.read_text().count("\n") == 4
+    assert capsys.readouterr().err.count("results.csv open") == 1
 
 
 def test_a_path_too_long_for_the_system_is_told_before_the_work(tmp_path):
@@ -149,8 +229,9 @@ def test_a_zone_where_the_system_has_no_list_of_time_zones(monkeypatch):
     before = zoneinfo.TZPATH
     zoneinfo.reset_tzpath([])
     zoneinfo.ZoneInfo.clear_cache()
-    # The package tzdata, which the project installs on Windows.
-    monkeypatch.setitem(sys.modules, "tzdata", None)
+    # The package tzdata, which the project installs on Windows, and what of it is loaded.
+    for name in ["tzdata", *(name for name in sys.modules if name.startswith("tzdata."))]:
+        monkeypatch.setitem(sys.modules, name, None)
     try:
         with pytest.raises(InputError, match="no list of time zones: pip install tzdata"):
             convert._zone("Europe/Stockholm")
@@ -183,7 +264,7 @@ def test_a_log_that_windows_powershell_has_redirected(tmp_path, angen, verb):
     assert (status, err) == (
         2,
         f"angen: {path} is in UTF-16, as > in Windows PowerShell writes: "
-        "use an option such as --events there, or cmd\n",
+        "save it as UTF-8, or write it by an option such as --events or --out\n",
     )
 
 

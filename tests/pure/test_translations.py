@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The dictionaries of the interface agree with the source, and German is complete."""
+"""The dictionaries of the interface agree with the source, and are complete."""
 
-import re
 import runpy
 from pathlib import Path
 
@@ -29,16 +28,13 @@ def test_a_dictionary_has_the_texts_of_the_source(path, script):
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
-def test_what_a_language_promises_is_translated(path):
-    entries = read(path)
-    promised = {"de": {"label", "tip", "tab", "message"}, "sv": {"label", "tab"}}[path.stem]
-    assert [e.text for e in entries if e.what in promised and not e.translation] == []
+def test_every_text_is_translated(path):
+    assert [entry.text for entry in read(path) if not entry.translation] == []
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
-def test_a_translation_has_as_many_values_as_its_text(path):
+def test_a_translation_has_the_values_of_its_text(path):
     for entry in read(path):
-        holes = re.findall(r"\{\d*\}", entry.translation)
         if entry.translation:
-            assert len(holes) == entry.text.count(HOLE), entry
-            entry.translation.format(*holes)
+            assert sorted(HOLE.findall(entry.translation)) == sorted(HOLE.findall(entry.text))
+            assert len({*HOLE.findall(entry.text)}) == len(HOLE.findall(entry.text)), entry

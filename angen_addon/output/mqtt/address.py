@@ -10,6 +10,7 @@ import re
 import ssl
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
 
 from ....sensor_logic.logs.error import InputError, explained, replaced
 from ....sensor_logic.logs.files import read_text
@@ -31,11 +32,32 @@ DEPENDENT = {
 }
 
 
+class Words(NamedTuple):
+    """What messages call the settings of a broker, and what they tell the user to do."""
+
+    authority: str
+    tls: str
+    without_tls: str
+    credentials: str
+    clash: str
+
+
+OPTIONS = Words(
+    authority="--ca FILE",
+    tls="--tls",
+    without_tls="leave out --tls and --ca",
+    credentials=f"give --user NAME, and its password in {PASSWORD} or with --password-file",
+    clash="replay is running: wait for its end, or give another --topic; if none is running, "
+    "remove them with `angen replay --forget`",
+)
+
+
 @dataclass(frozen=True)
 class Address:
     """The host, port and credentials of a broker.
 
-    `tls` has the settings of an encrypted connection; None for an unencrypted one.
+    `tls` has the settings of an encrypted connection; None for an unencrypted one. `words` is for
+    messages to the user who gave the address.
     """
 
     host: str
@@ -43,6 +65,7 @@ class Address:
     user: str | None = None
     password: str | None = field(default=None, repr=False)
     tls: ssl.SSLContext | None = None
+    words: Words = OPTIONS
 
     def __str__(self) -> str:
         return f"[{self.host}]:{self.port}" if ":" in self.host else f"{self.host}:{self.port}"
@@ -121,8 +144,8 @@ def _password(options: argparse.Namespace) -> str | None:
 
 def _context(authority: Path | None) -> ssl.SSLContext:
     with (
-        explained(f"--ca: cannot read {authority}", OSError),
-        replaced(f"--ca: {authority} is not a certificate in PEM format", ssl.SSLError),
+        explained(f"cannot read the certificate {authority}", OSError),
+        replaced(f"{authority} is not a certificate in PEM format", ssl.SSLError),
     ):
         context = ssl.create_default_context(cafile=authority)
         if authority:

@@ -14,7 +14,7 @@ from typing import Any
 from ....parts import install_command
 from ....sensor_logic.logs.error import AngenError, replaced
 from ....sensor_logic.logs.formats.home_assistant import Message
-from .address import PASSWORD, Address
+from .address import Address
 from .online import check_online
 
 # s: longest wait for an answer; pause between two tries to reconnect; a broker that is silent this
@@ -45,6 +45,7 @@ class Link:
             import paho.mqtt.client as paho
         self._paho = paho
         self._address, self._will = address, will
+        self.words = address.words
         self._client: Any = None
         self._lost = threading.Event()
         self._refused = ""
@@ -211,10 +212,10 @@ def _why(address: Address, error: Exception) -> str:
     if isinstance(error, ssl.SSLCertVerificationError):
         return (
             f"the certificate of {address} is not trusted ({error.verify_message}): "
-            f"give the certificate of the authority that signed it with --ca FILE"
+            f"give {address.words.authority}, the certificate of the authority that signed it"
         )
     if address.tls and isinstance(error, (ssl.SSLError, ConnectionResetError)):
-        return f"{address} does not use TLS: give its TLS port, or leave out --tls and --ca"
+        return f"{address} does not use TLS: give its TLS port, or {address.words.without_tls}"
     if isinstance(error, socket.gaierror):
         return f"host '{address.host}' is not found ({error.strerror}): check its name"
     if isinstance(error, ConnectionRefusedError):
@@ -227,11 +228,8 @@ def _why(address: Address, error: Exception) -> str:
 def _refusal(address: Address, reason: Any, is_closed: bool) -> str:
     if reason is None:
         did = "closed the connection" if is_closed else "does not answer as a broker does"
-        way = "is this its port?" if address.tls else "is this its port, and does it need --tls?"
-        return f"{address} {did}: {way}"
+        way = "" if address.tls else f", and does it need {address.words.tls}"
+        return f"{address} {did}: is this its port{way}?"
     if str(reason) in {"Not authorized", "Bad user name or password"}:
-        return (
-            f"{address} refuses the connection ({reason}): give --user NAME, and its password in "
-            f"{PASSWORD} or with --password-file"
-        )
+        return f"{address} refuses the connection ({reason}): {address.words.credentials}"
     return f"{address} refuses the connection: {reason}; the broker must support MQTT 5"

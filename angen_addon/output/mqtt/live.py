@@ -6,10 +6,11 @@ from __future__ import annotations
 import queue
 import threading
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 from ....sensor_logic.logs.error import AngenError
-from ....sensor_logic.logs.formats.home_assistant import OFFLINE, HomeMessages
+from ....sensor_logic.logs.fields import Field
+from ....sensor_logic.logs.formats.home_assistant import OFFLINE, HomeMessages, Message
 from ....sensor_logic.logs.formats.log import Change, Channel
 from ....sensor_logic.logs.formats.source import channel_of
 from ....sensor_logic.logs.log import Value
@@ -20,105 +21,59 @@ from ...process.version import extension_version
 from ...runtime.playhead import Playhead
 from ...scene.sensors import Sensor
 from ..run_log import sensor_facts
-from .address import AT_ONCE, Address
+from .address import AT_ONCE, Address, Words
 from .link import Link
-from .player import SLICE_S, Player
+from .player import SLICE_S, Player, forget
 
 # s: longest wait for the last messages when sending stops.
 STOP_S = 2.0
 Key = tuple[str, str]
+WORDS = Words(
+    authority="Authority",
+    tls="TLS",
+    without_tls="switch TLS off",
+    credentials="give User and Password",
+    clash="Blender or replay sends them: end that, or give another Topic; if there is none, press "
+    "Remove",
+)
 
 
-class LiveSender:
-    """Sends readings to a broker from a thread, until it is stopped.
+class BrokerThread:
+    """Work at a broker in a thread, until it has ended or is stopped."""
 
-    Parameters
-    ----------
-    address
-        The address of the broker.
-    sensors
-        The sensors whose readings are sent.
-    topic
-        The first part of all topics.
-
-    Raises
-    ------
-    AngenError
-        If paho-mqtt is missing.
-    """
-
-    def __init__(self, address: Address, sensors: Sequence[Sensor], topic: str) -> None:
+    def __init__(self, address: Address) -> None:
         self._address = address
-        self._steps: dict[Key, float] = {}
-        self._channels: dict[Key, Channel] = {}
-        for sensor, published in _published(sensors):
-            key = sensor.name, published.name
-            self._channels[key] = channel_of(sensor_facts(sensor), published)
-            self._steps[key] = getattr(sensor.parameters, published.step or "", 0.0)
-        home = HomeMessages(self._channels.values(), topic, extension_version())
-        self._player = Player(Link(address, home.status(OFFLINE)), home, AT_ONCE, self._check)
-        self._last: dict[Key, Value] = {}
-        self._changes: queue.SimpleQueue[Change] = queue.SimpleQueue()
-        self._sent = 0
-        self._is_connected = False
         self._stop = threading.Event()
         self._error = ""
         self._thread = threading.Thread(target=self._run, daemon=True)
 
-    def start(self, readings: Mapping[Key, Any]) -> None:
-        """Connect, announce the sensors with their present readings, and send from then on."""
-        for change in self._new(readings):
-            self._last[change.channel.sensor.name, change.channel.field] = change.value
+    def start(self) -> None:
+        """Start the thread."""
         self._thread.start()
 
-    def show(self, readings: Mapping[Key, Any]) -> None:
-        """Send the readings that have changed.
-
-        `readings` has values by the names of sensor and field. A number must have changed by its
-        report step, as in the event log.
-        """
-        for change in self._new(readings):
-            self._last[change.channel.sensor.name, change.channel.field] = change.value
-            self._changes.put(change)
-
     def stop(self) -> None:
-        """Mark the sensors "unavailable" and disconnect; wait for that at most STOP_S."""
+        """End the work; wait for its end at most STOP_S."""
         self._stop.set()
         if self._thread.is_alive():
             self._thread.join(STOP_S)
 
     @property
     def is_alive(self) -> bool:
-        """Whether it connects or sends."""
+        """Whether it works."""
         return self._thread.is_alive()
 
     @property
     def error(self) -> str:
-        """Why it has ended; empty if it goes on, or was stopped."""
+        """Why it has failed; empty if it goes on, was stopped or has done its work."""
         return self._error
 
     @property
     def state(self) -> str:
-        """A line for the user on what it does."""
-        if not self._is_connected:
-            return f"Connecting to {self._address}"
-        if self._player.is_lost:
-            return "Connection lost, trying again"
-        return f"Sent {plural(self._sent, 'reading')} to {self._address}"
+        """A line for the user on what it does, or has done."""
+        return f"Connecting to {self._address}"
 
-    def sends_all_of(self, sensors: Sequence[Sensor]) -> bool:
-        """Return whether it announced exactly these sensors' fields."""
-        now = {(sensor.name, published.name) for sensor, published in _published(sensors)}
-        return now == self._channels.keys()
-
-    def _new(self, readings: Mapping[Key, Any]) -> Iterator[Change]:
-        for key, value in readings.items():
-            channel = self._channels.get(key)
-            if channel is None or value is None:
-                continue
-            logged = as_event(channel.type(value), self._last.get(key), self._steps[key])
-            if logged is not None:
-                yield Change(0, channel, logged)
+    def _work(self) -> None:
+        raise NotImplementedError
 
     def _check(self) -> None:
         if self._stop.is_set():
@@ -126,28 +81,138 @@ class LiveSender:
 
     def _run(self) -> None:
         try:
-            states = {self._channels[key]: value for key, value in self._last.items()}
-            self._player.begin(states)
-            self._is_connected = True
-            while True:
-                try:
-                    change = self._changes.get(timeout=SLICE_S)
-                except queue.Empty:
-                    self._player.idle()
-                    continue
-                self._player.play([change])
-                self._sent += 1
+            self._work()
         except InterruptedError:
             pass
         except AngenError as error:
             self._error = str(error)
         except OSError as error:
             self._error = f"the connection to {self._address} failed: {error}"
+
+
+class LiveSender(BrokerThread):
+    """Sends readings to a broker.
+
+    Parameters
+    ----------
+    address
+        The address of the broker.
+    topic
+        The first part of all topics.
+    sensors
+        The sensors whose readings are sent, until `show` gets others.
+    readings
+        The present values by the names of sensor and field.
+
+    Raises
+    ------
+    AngenError
+        If paho-mqtt is missing.
+    """
+
+    def __init__(
+        self, address: Address, topic: str, sensors: Sequence[Sensor], readings: Mapping[Key, Any]
+    ) -> None:
+        super().__init__(address)
+        self._topic = topic
+        self._last: dict[Key, Value] = {}
+        self._channels: dict[Key, Channel] = {}
+        self._announced: list[Any] | None = None
+        self._due: queue.SimpleQueue[Change | _Home] = queue.SimpleQueue()
+        self._is_connected = False
+        self.show(sensors, readings)
+        first = self._due.get_nowait()
+        assert isinstance(first, _Home)
+        self._first, home = first, first.messages
+        self._player = Player(Link(address, home.status(OFFLINE)), home, AT_ONCE, self._check)
+
+    def show(self, sensors: Sequence[Sensor], readings: Mapping[Key, Any]) -> None:
+        """Send the readings that have changed; announce the sensors if they have changed.
+
+        A number must have changed by its report step, as in the event log.
+        """
+        published = {(s.name, field.name): (s, field) for s, field in _published(sensors)}
+        facts = [(s.name, s.kind, s.room, field) for s, field in published.values()]
+        is_new = facts != self._announced
+        if is_new:
+            self._announced = facts
+            self._channels = {
+                key: channel_of(sensor_facts(sensor), field)
+                for key, (sensor, field) in published.items()
+            }
+            self._last = {key: last for key, last in self._last.items() if key in published}
+        changes = []
+        for key, (sensor, field) in published.items():
+            if readings.get(key) is None:
+                continue
+            step = getattr(sensor.parameters, field.step or "", 0.0)
+            value = as_event(field.type(readings[key]), self._last.get(key), step)
+            if value is not None:
+                self._last[key] = value
+                changes.append(Change(0, self._channels[key], value))
+        if is_new:
+            states = {self._channels[key]: value for key, value in self._last.items()}
+            messages = HomeMessages(self._channels.values(), self._topic, extension_version())
+            self._due.put(_Home(messages, states))
+        else:
+            for change in changes:
+                self._due.put(change)
+
+    @property
+    def state(self) -> str:
+        """A line for the user on what it does."""
+        if not self._is_connected:
+            return super().state
+        if self._player.is_lost:
+            return "Connection lost, trying again"
+        return f"Connected to {self._address}: sent {plural(self._player.sent, 'change')}"
+
+    def _work(self) -> None:
+        player = self._player
+        try:
+            player.begin(self._first.states)
+            self._is_connected = True
+            while True:
+                try:
+                    due = self._due.get(timeout=SLICE_S)
+                except queue.Empty:
+                    player.idle()
+                    continue
+                if isinstance(due, _Home):
+                    player.change_home(due.messages, due.states)
+                else:
+                    player.play([due])
         finally:
-            self._player.end()
+            player.end()
 
 
-def _published(sensors: Sequence[Sensor]) -> Iterator[tuple[Sensor, Any]]:
+class Remover(BrokerThread):
+    """Removes the sensors below a topic from a broker."""
+
+    def __init__(self, address: Address, topic: str) -> None:
+        super().__init__(address)
+        self._link, self._topic = Link(address, Message(f"{topic}/status", OFFLINE)), topic
+        self._removed: int | None = None
+
+    @property
+    def state(self) -> str:
+        """A line for the user on what it does, or has done."""
+        if self._removed is None:
+            return super().state
+        return f"Removed {plural(self._removed, 'sensor')} from {self._address}"
+
+    def _work(self) -> None:
+        self._removed = len(forget(self._link, self._topic))
+
+
+class _Home(NamedTuple):
+    """The messages of a home, and the present values of its channels."""
+
+    messages: HomeMessages
+    states: dict[Channel, Value]
+
+
+def _published(sensors: Sequence[Sensor]) -> Iterator[tuple[Sensor, Field]]:
     """Yield each sensor with each field that it publishes."""
     for sensor in sensors:
         for published in sensor.kind.events:

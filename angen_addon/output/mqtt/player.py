@@ -114,6 +114,8 @@ class Player:
         self.late_s = 0.0
         self._link, self._home, self._check = link, home, check
         self._states: dict[str, str] = {}
+        # Topics that were removed while playing; removed again after a lost connection.
+        self._gone: set[str] = set()
         self._played = self._missed = 0
         self._missed_now = 0
         self._lost_at: float | None = None
@@ -131,20 +133,25 @@ class Player:
         unknown. Raise AngenError if the broker cannot be used.
         """
         self._link.connect()
+        self._check()
         retained = dict(retained_messages(self._link, self._home.topic))
         self._refuse_clash(retained.get(self._home.status("").topic))
         self._is_open = True
         # Comes first: a broker that refuses this topic gets no other message either.
-        self._send_all([self._home.status(OFFLINE)])
-        configs = self._home.discovery()
-        for channel in self._home.channels:
-            message = self._home.state(channel, states.get(channel))
-            self._states[message.topic] = message.payload
-        self._remove(retained, {config.topic for config in configs})
-        new = [config for config in configs if retained.get(config.topic) != config.payload]
-        self._send_all([*new, *self._now()])
-        if new:
-            self.pace.rest(SETTLE_S)
+        if not (self._send_all([self._home.status(OFFLINE)]) and self._announce(states, retained)):
+            raise AngenError(
+                "the connection to the broker was lost before the first reading: check the broker, "
+                "and try again"
+            )
+
+    def change_home(self, home: HomeMessages, states: Mapping[Channel, Value]) -> None:
+        """Announce the sensors of a home that has changed since `begin`; remove those that it lost.
+
+        `states` is that of `begin`.
+        """
+        before = {**dict(self._home.discovery()), **self._states}
+        self._home = home
+        self._announce(states, before)
 
     def play(self, changes: Iterable[Change], after: int = 0) -> None:
         """Publish each change when its own time plus `after`, in microseconds, is due."""
@@ -156,6 +163,11 @@ class Player:
             self._played += 1
             self._missed_now += not self._link.send(message, self.idle)
 
+    @property
+    def sent(self) -> int:
+        """Number of the changes that the broker got."""
+        return self._played - self._missed - self._missed_now
+
     def end(self) -> bool:
         """Mark the sensors "unavailable", and return whether all changes were sent."""
         if self._is_open:
@@ -163,6 +175,7 @@ class Player:
             with suppress(AngenError):
                 self._link.flush(PARTING_S)
                 self._missed += self._missed_now + self._link.take_unacknowledged()
+                self._missed_now = 0
                 if not self._link.is_lost:
                     self._link.send(self._home.status(OFFLINE))
                     self._link.flush(PARTING_S)
@@ -172,7 +185,7 @@ class Player:
     def summary(self) -> str:
         """Return a line for the user on how many changes were sent, and how late."""
         sensors = len({channel.sensor.name for channel in self._home.channels})
-        text = f"sent {self._played - self._missed} readings of {sensors} sensors"
+        text = f"sent {self.sent} readings of {sensors} sensors"
         if not self.pace.is_at_once:
             text += f", at most {self.late_s:.3f} s late"
         if self._missed:
@@ -184,31 +197,39 @@ class Player:
         states = [Message(topic, payload) for topic, payload in self._states.items()]
         return [*states, self._home.status(ONLINE)]
 
-    def _send_all(self, messages: Iterable[Message]) -> None:
+    def _announce(self, states: Mapping[Channel, Value], retained: Mapping[str, str]) -> bool:
+        """Send what the broker does not retain yet, and remove what it retains of other sensors.
+
+        Return False if the connection is lost meanwhile.
+        """
+        configs = self._home.discovery()
+        channels = self._home.channels
+        self._states = dict(self._home.state(channel, states.get(channel)) for channel in channels)
+        topics = {*dict(configs), *self._states, self._home.status("").topic}
+        gone = [Message(*message) for message in retained.items() if message[0] not in topics]
+        self._gone = (self._gone | {message.topic for message in gone}) - topics
+        names = remove_messages(self._link, gone)
+        if names:
+            note(f"removed from the broker, since this home does not have them: {', '.join(names)}")
+        new = [config for config in configs if retained.get(config.topic) != config.payload]
+        is_whole = self._send_all([*new, *self._now()])
+        if new and is_whole:
+            self.pace.rest(SETTLE_S)
+        return is_whole
+
+    def _send_all(self, messages: Iterable[Message]) -> bool:
+        """Send messages; return whether the broker has acknowledged all of them."""
         for message in messages:
             self._link.send(message, self._check)
-        if not self._link.flush():
-            raise AngenError(
-                "the connection to the broker was lost before the first reading: check the broker, "
-                "and try again"
-            )
+        return self._link.flush()
 
     def _refuse_clash(self, status: str | None) -> None:
         if status == ONLINE:
             self._link.close()
             raise AngenError(
-                f"sensors below '{self._home.topic}' are online at this broker, so another replay "
-                f"is running: wait for its end, or give another --topic; if none is running, "
-                f"remove them with `angen replay --forget`"
+                f"sensors below '{self._home.topic}' are online at this broker, so another "
+                f"{self._link.words.clash}"
             )
-
-    def _remove(self, retained: Mapping[str, str], configs: set[str]) -> None:
-        """Remove the sensors that only an earlier replay announced, not this one."""
-        topics = {*configs, *self._states, self._home.status("").topic}
-        gone = [Message(*message) for message in retained.items() if message[0] not in topics]
-        names = remove_messages(self._link, gone)
-        if names:
-            note(f"removed from the broker, since this home does not have them: {', '.join(names)}")
 
     def idle(self) -> None:
         """Report to the user if the connection is lost, and try to reconnect.
@@ -230,7 +251,8 @@ class Player:
             )
             self._missed += self._missed_now
             self._missed_now, self._lost_at = 0, None
-            for message in (*self._home.discovery(), *self._now()):
+            gone = [Message(topic, "") for topic in self._gone]
+            for message in (*gone, *self._home.discovery(), *self._now()):
                 self._link.send(message, self._check)
 
 
@@ -256,3 +278,15 @@ def remove_messages(link: Link, messages: Iterable[Message]) -> list[str]:
         link.send(Message(message.topic, ""))
     link.flush()
     return sorted(names)
+
+
+def forget(link: Link, topic: str) -> list[str]:
+    """Remove the sensors of a home from a broker, and return their names.
+
+    Raise AngenError if the broker cannot be used.
+    """
+    link.connect()
+    try:
+        return remove_messages(link, retained_messages(link, topic))
+    finally:
+        link.close()

@@ -13,6 +13,7 @@ from ...recording.results import RESULTS
 from ...runtime.edits import EDITS
 from ...scene.instances import Uid, stands_for
 from ...scene.sensors import Sensor
+from ...translations.interface import language
 from .layout import (
     CHIP,
     HISTORIES,
@@ -52,10 +53,10 @@ class Painter:
         """
         import gpu
 
-        if key != self._key:
+        if (language(), key) != self._key:
             picture = make()
             self._batches, self._words = _batches(picture), picture.words
-            self._key = key
+            self._key = language(), key
         shader = gpu.shader.from_builtin("FLAT_COLOR")
         gpu.state.blend_set("ALPHA")
         gpu.state.line_width_set(1.0)

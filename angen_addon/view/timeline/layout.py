@@ -24,6 +24,7 @@ from ....sensor_logic.recording.tracks import Recording, Track
 from ....sensor_logic.report.svg import shortened
 from ...scene.instances import Uid
 from ...scene.memory import forgets_at_load
+from ...translations.interface import translated
 
 IDLE, ACTIVE, INVALID, OFF = 0, 1, 2, 3
 # A sensor counts as off between two updates that are more than this many usual intervals apart.
@@ -343,8 +344,12 @@ def strips(history: History, view: TimelineRegion, chosen: frozenset[Uid]) -> Ti
     # The text is on the lowest row, because the frame numbers are above the highest one.
     size, low = LETTER * view.scale, placed[-1].y if placed else view.bottom
     if left_out and (placed or view.top - low >= 2 * size):
-        what = "more" if placed else "sensors"
-        text = f"{left_out} {what} not shown: make this editor higher"
+        text = (
+            f"{left_out} more not shown: make this editor higher"
+            if placed
+            else f"{left_out} sensors not shown: make this editor higher"
+        )
+        text = translated(text)
         picture.words.append(TimelineText(6 * view.scale, low + size / 2, text, size, DIM))
     return picture
 

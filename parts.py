@@ -88,6 +88,8 @@ MODULES = (
     "panels.doctor",
     "angen_addon.runtime.handlers",
     "angen_addon.commands.command_line",
+    # Last, so that it ends what goes on before the rest is unregistered.
+    "operators.long_work",
 )
 
 # The verbs that work on a blend file, in the order of the help. Each has the module whose `VERBS`

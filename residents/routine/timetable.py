@@ -240,12 +240,12 @@ def _draw_plan_entries(
 
 
 def _draw_plan_entry(entry: FixedPoint, name: str, midnight: float, stream: Stream) -> _DrawnEntry:
-    start = midnight + entry.at + entry.spread * stream.normal()
+    start = midnight + entry.at + entry.spread[0] * stream.normal()
     if entry.until is not None:
         # So that it happens every day, whatever was drawn.
         least = max(LEAST * (entry.until - entry.at), SHORTEST)
         start = min(start, midnight + entry.until - least)
-        end = midnight + entry.until + entry.spread * stream.normal()
+        end = midnight + entry.until + entry.spread[1] * stream.normal()
         end = max(end, start + least)
         return _DrawnEntry(start, end, entry.activity, False, name, least, end - least)
     end = start + max(stream.log_normal(entry.lasts or 0.0, entry.varies), SHORTEST)

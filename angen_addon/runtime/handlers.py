@@ -363,6 +363,14 @@ def restore_handlers() -> None:
             registered.append(handler)
 
 
+def _is_without_window() -> bool:
+    """Return whether this is a process of a command or script, which ends with its run.
+
+    Blender unregisters extensions at its end, too. Recordings of days take seconds to encode.
+    """
+    return bool(bpy.app.background)
+
+
 def register() -> None:
     restore_handlers()
     # Blender hides the open file while it enables an extension.
@@ -376,7 +384,8 @@ def unregister() -> None:
     another version of the extension follows.
     """
     _forget_timer(_read_open_file)
-    recording_store.put_into_file()
+    if not _is_without_window():
+        recording_store.put_into_file()
     for name, handler in HANDLERS:
         registered = getattr(bpy.app.handlers, name)
         if handler in registered:

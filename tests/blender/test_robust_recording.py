@@ -235,9 +235,10 @@ def test_a_file_opened_before_the_extension_was_switched_on(home, tmp_path):
     assert stale() == ""
 
 
-def test_it_survives_that_the_extension_is_switched_off_and_on(kept_home, tmp_path):
+def test_it_survives_that_the_extension_is_switched_off_and_on(kept_home, tmp_path, monkeypatch):
     """An upgrade is a switching off and on."""
     before = columns()
+    monkeypatch.setattr(handlers, "_is_without_window", lambda: False)
     path = str(tmp_path / "a.blend")
     addon_utils.disable(ADDON)
     try:

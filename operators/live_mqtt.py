@@ -135,7 +135,7 @@ def sent_scene() -> Any:
 def _can_start(operator: type[Operator], context: Context) -> bool:
     return (
         needs(operator, may_go_online(), REFUSAL)
-        and needs(operator, not is_busy(), "Stop first")
+        and needs(operator, not is_busy(), "Stop first, or wait for the end")
         and needs(operator, getattr(settings_of(context), "broker", ""), "Name the broker first")
     )
 
@@ -205,7 +205,7 @@ class ANGEN_OT_mqtt_stop(Operator):
 
     @classmethod
     def poll(cls, _context: Context) -> bool:
-        return needs(cls, is_busy(), "Nothing is being sent")
+        return needs(cls, sender is not None and not sender.is_stopped, "Nothing is being sent")
 
     def execute(self, _context: Context) -> set[str]:
         stop()
@@ -213,17 +213,24 @@ class ANGEN_OT_mqtt_stop(Operator):
 
 
 def stop() -> None:
-    """Send no more readings."""
+    """Send no more readings. The sender stays until it has ended: no second one may disturb it."""
     global sender
     if sender is not None:
         sender.stop()
-        sender = None
+        if not sender.is_alive:
+            sender = None
 
 
 def _tick() -> float | None:
     """Send what has changed; return the time in s until the next call, None to end the timer."""
-    global _drawn
+    global sender, _drawn
     if sender is None:
+        return None
+    if sender.is_stopped:
+        if sender.is_alive:
+            return TICK_S
+        sender = None
+        _redraw()
         return None
     if not sender.is_alive:
         done = sender.state if isinstance(sender, Remover) else ""

@@ -139,6 +139,9 @@ def test_sensors_that_change_are_announced_and_a_file_that_is_opened_ends_it(wor
     until(lambda: made.states("flat/hall/moved"))
     configs = [message.topic for message in made.got[count:] if message.topic.endswith("/config")]
     assert configs == [config.format("hall")]
+    # What has not changed is not sent again.
+    assert made.states("flat/status") == ["offline", "online"]
+    assert made.states("flat/gate/open") == ["None", "OFF"]
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     assert live_mqtt.sender is None
 

@@ -255,8 +255,8 @@ def told(world, heights):
         operator = place.ANGEN_OT_sensor_place
         stub._matrix = lambda *arguments: operator._matrix(stub, *arguments)
         stub._typed.text = typed
-        matrix, text = operator._place_at(stub, bpy.context, met)
-        return text, matrix.translation.z * scale
+        matrix, facts = operator._place_at(stub, bpy.context, met)
+        return place.APART.join(facts), matrix.translation.z * scale
 
     return look
 

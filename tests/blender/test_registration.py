@@ -126,6 +126,38 @@ def test_it_registers_where_blender_replaces_another_version_of_it():
     assert "registered True {'name': 'StringProperty()'}" in done.stdout
 
 
+FAILING = """
+import bpy
+from angen_addon.process.standalone import load_extension
+extension = load_extension()
+from angen_sensors import parts
+parts.MODULES, modules = (*parts.MODULES, "sensor_logic.kind"), parts.MODULES
+def attempt():
+    try:
+        extension.register()
+    except Exception as error:
+        return str(error)
+print(attempt(), hasattr(bpy.types.Object, "angen_sensor"), dir(bpy.ops.angen))
+parts.MODULES = modules
+for _ in range(2):
+    print(attempt(), hasattr(bpy.types.Object, "angen_sensor"))
+"""
+
+
+def test_an_error_leaves_nothing_registered_and_a_second_copy_is_refused():
+    done = subprocess.run(
+        [sys.executable, "-X", "utf8", "-c", FAILING],
+        capture_output=True,
+        encoding="utf-8",
+        check=False,
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    failed, ended, again = done.stdout.splitlines()[-3:]
+    assert "no attribute 'register'" in failed and failed.endswith(" False []")
+    assert ended == "None True"
+    assert again.startswith("Ängen Sensors is on already, from another repository or file: ")
+
+
 def live_works(world):
     wall = world.wall(0.02)
     sensor = world.switch()

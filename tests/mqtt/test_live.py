@@ -115,9 +115,13 @@ def test_stopped_while_it_connects_it_announces_nothing(panel, broker) -> None:
     sender = panel.live.sender
     wait(panel, lambda: sender.state.startswith("Connecting"))
     bpy.ops.angen.mqtt_stop()
+    # Two senders would disturb each other.
+    assert not bpy.ops.angen.mqtt_start.poll() and not bpy.ops.angen.mqtt_stop.poll()
+    assert sender.state == f"Stopping, waiting for {broker.address}"
     broker.process.send_signal(signal.SIGCONT)
-    until(lambda: not sender.is_alive)
+    wait(panel, lambda: panel.live.sender is None)
     assert broker.retained() == {}
+    assert bpy.ops.angen.mqtt_start.poll()
 
 
 def test_the_scene_that_sends_is_the_one_it_was_started_in(panel, broker) -> None:

@@ -24,7 +24,7 @@ from ..angen_addon.recording.results import RESULTS
 from ..angen_addon.runtime.edits import EDITS
 from ..angen_addon.runtime.playhead import why_not_recorded
 from ..angen_addon.runtime.time_base import moment_text
-from ..angen_addon.translations.interface import translating
+from ..angen_addon.translations.interface import translated, translating
 from ..angen_addon.view.active import active_sensor
 from ..angen_addon.view.timeline.draw import MODE, TOO_LOW, why_no_rows
 from ..angen_addon.view.timeline.layout import HISTORIES, HistoryRow
@@ -108,14 +108,14 @@ def _draw_explanation(layout: Any, explanation: Explanation) -> None:
     wide = (1.0 - LABEL_SHARE) * (region.width if region else USUAL_WIDTH) / scale
     letters = max(12, int(wide / WIDTH_OF_LETTER) - MARGIN_LETTERS // 2)
     of_names = int(LABEL_SHARE / (1.0 - LABEL_SHARE) * letters)
-    for name, text in explanation.facts:
+    for name, text in (map(translated, fact) for fact in explanation.facts):
         if len(name) > of_names:
             # The column of names is too narrow for this name.
             for line in textwrap.wrap(f"{name}: {text}", of_names + letters):
                 column.label(text=line, translate=False)
             continue
         for line in textwrap.wrap(text, letters, break_on_hyphens=False):
-            draw_row(column, name, line)
+            draw_row(column, name, line, translate=False)
             name = ""
 
 

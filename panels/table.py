@@ -46,7 +46,7 @@ WIDE = 330
 MARGINS, ICON = 86, 42
 # Pixels at scale 1: the size of the interface's letters.
 LETTER = 11.0
-NAME_SHARE, NAME_SHARE_WIDE, NAME_SHARE_ACTIVE, ROOM_SHARE = 0.78, 0.5, 0.72, 0.6
+NAME_SHARE, NAME_SHARE_WIDE, NAME_SHARE_ACTIVE, ROOM_SHARE = 0.78, 0.5, 0.66, 0.6
 
 
 def sort_key(sensor: Sensor, seen: ReadingText | None, by: str) -> tuple[Any, ...]:

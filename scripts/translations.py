@@ -43,6 +43,8 @@ LAYOUTS = ("label", "operator", "prop", "menu", "popover", "progress", "column",
 FORMATTED = re.compile(r"\{(\w*)(?::[^{}]*)?\}")
 NAMELESS = ("name", "text", "label", "value", "short", "name_full")
 VALUE = "value"
+# The name of a fact, which an explanation has in a pair with a text.
+FACT = re.compile(r"[A-Z][a-z ]+")
 WORD = re.compile(r"\b[a-z]{4,}")
 # The least letters of a text of several words, without its values.
 LETTERS = 3
@@ -54,9 +56,9 @@ OTHERS = (
     "Old: the scene has changed since", "Only baked keyframes",
     "No reading: scrub, play or simulate", "Off", "{} and {} more", "{}, and is stale",
     # Words that sentences have as values.
-    "above", "below", "centimetres", "doors", "fast", "feet", "hinged", "inches", "it",
-    "left", "mass", "millimetres", "nothing", "power", "right", "rooms", "sliding", "slowly",
-    "walls",
+    " and ", "above", "away", "below", "breathing", "centimetres", "doors", "fast", "feet",
+    "hinged", "inches", "it", "learnt", "left", "mass", "millimetres", "movement", "noise",
+    "nothing", "power", "right", "rooms", "sliding", "slowly", "something", "walls", "warmest",
     "Monday", "Tuesday", "Wednesday", "Thursday", "Friday", "Saturday", "Sunday",
 )  # fmt: skip
 # The positions of texts in calls of functions, by the function's name.
@@ -78,13 +80,15 @@ ARGUMENTS = {
 PROSE = (
     "angen_addon/advice",
     "angen_addon/appearance/handles.py",
+    "angen_addon/appearance/facts.py",
+    "angen_addon/appearance/recorded.py",
     "angen_addon/appearance/uses.py",
     "angen_addon/coverage/floor_cells.py",
     "angen_addon/coverage/proposal.py",
     "angen_addon/coverage/shown.py",
     "angen_addon/doctor",
-    "angen_addon/kinds/contact.py",
-    "angen_addon/kinds/presence_radar/figure.py",
+    "angen_addon/explain",
+    "angen_addon/kinds",
     "angen_addon/output/mqtt/live.py",
     "angen_addon/recording/bake.py",
     "angen_addon/recording/fingerprint.py",
@@ -214,6 +218,9 @@ def _of_prose(nodes: Sequence[ast.AST]) -> Iterator[tuple[str, str]]:
             formats = [getattr(part, "format_spec", None) for part in node.values]
             inner.update(node.values, filter(None, formats))
     for node in nodes:
+        is_pair = isinstance(node, ast.Tuple) and len(node.elts) == 2
+        if is_pair and FACT.fullmatch(name := _string(node.elts[0])):
+            yield name, MESSAGE
         if node not in inner and isinstance(node, (ast.Constant, ast.JoinedStr)):
             found = ((text.removeprefix(". "), what) for text, what in _constants(node, MESSAGE))
             yield from (one for one in found if _is_prose(one[0]))

@@ -116,10 +116,10 @@ def draw_property(
     layout.prop(owner, in_units(name) if of_units else name, text=text)
 
 
-def draw_row(layout: Any, name: str, text: str) -> None:
+def draw_row(layout: Any, name: str, text: str, translate: bool = True) -> None:
     """Draw a name, aligned with the names of properties, and a text to its right."""
     row = layout.split(factor=LABEL_SHARE if has_name_column() else 0.5)
     left = row.row()
     left.alignment = "RIGHT"
-    left.label(text=name)
-    row.label(text=text)
+    left.label(text=name, translate=translate)
+    row.label(text=text, translate=translate)

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from functools import reduce
+
 from ...sensor_logic.kinds.appliance import LINGERS, PROGRAMME, SWITCHED, WHILE_USED
 from ...sensor_logic.logs.wording import typed
 from ..appearance.appearance import Appearance
@@ -29,7 +31,8 @@ def explain_appliance(recorded: RecordedSensor, index: int) -> Explanation:
     """Explain update `index` of a smart plug by the use of the appliance."""
     parameters = recorded.parameters_at(index)
     load = parameters.drawn
-    draws = ", then ".join(typed(watts, "W") for _, watts in load.phases)
+    phases = (typed(watts, "W") for _, watts in load.phases)
+    draws = reduce(lambda before, watts: f"{before}, then {watts}", phases)
     facts: Facts = [
         ("Draws", f"{draws} while it works, else {typed(load.standby, 'W')}"),
         ("On", f"from {typed(parameters.threshold, 'W')}"),

@@ -158,10 +158,10 @@ def _headline(cause: BeamCause, parameters: OpticalSwitchParameters, lengths: Le
     if broken:
         covers = quoted(now.name) if now.name else "noise"
         return f"Still open: {covers} covers a part of the beam, {percent(now.light)} of it passes"
-    behind = f", which reaches {quoted(now.name)}" if now.name else ""
+    text = "Open: nothing breaks the beam"
     if before is not None and before.range < parameters.threshold and before.name:
-        return f"Open: {quoted(before.name)} no longer breaks the beam{behind}"
-    return f"Open: nothing breaks the beam{behind}"
+        text = f"Open: {quoted(before.name)} no longer breaks the beam"
+    return f"{text}, which reaches {quoted(now.name)}" if now.name else text
 
 
 # m. Sizes of the marks on a beam.

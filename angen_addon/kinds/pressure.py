@@ -218,11 +218,8 @@ def explain_pad(recorded: RecordedSensor, index: int) -> Explanation:
     )
     facts = _facts(cause, recorded.lengths)
     if index > 0:
-        names = ", ".join(cause.before)
-        by = f", {names}" if names else ""
-        facts.append(
-            ("Before", f"{newtons(track.value[index - 1])}{by}, at {recorded.when(index - 1)}")
-        )
+        before = ", ".join([newtons(track.value[index - 1]), *cause.before])
+        facts.append(("Before", f"{before}, at {recorded.when(index - 1)}"))
     headline = _headline(cause, kind.active_label, kind.idle_label)
     return recorded.explanation(index, headline, tuple(facts), cause.problem, cause)
 
@@ -239,8 +236,8 @@ def _facts(cause: PadCause, lengths: Lengths) -> list[tuple[str, str]]:
 
 def _headline(cause: PadCause, pressed: str, free: str) -> str:
     by = " and ".join(f"{quoted(name)} with {force:.1f} N" for name, force in cause.partners[:3])
-    more = len(cause.partners) - 3
-    by += f" and {more} more" if more > 0 else ""
+    if (more := len(cause.partners) - 3) > 0:
+        by = f"{by} and {more} more"
     if cause.force > cause.threshold:
         return f"{pressed} by {by}" if by else f"{pressed}: {newtons(cause.force)}"
     if by:
@@ -329,7 +326,7 @@ def _not_valid(seen: ReadingText) -> str:
     text = f"Not valid: {seen.problem}"
     if seen.fields is None:
         return text
-    text += ". This is the last valid reading"
+    text = f"{text}. This is the last valid reading"
     return text if seen.recorded else f"{text}. {MAKE_VALID}"
 
 

@@ -27,9 +27,11 @@ FOLDER = Path(__file__).parent
 PACKAGE = __name__.removesuffix(".angen_addon.translations.interface")
 DRAWING = ("draw", "draw_header", "draw_header_preset")
 # What a template must have besides its holes, so that it does not match every text.
-LETTERS = 3
+LETTERS = 2
 # Between sentences, between a name and a sentence, and in lists.
 BETWEEN = (". ", ": ", "; ", ", ")
+# Before a quoted name in a list.
+IN_LIST = re.compile(r"( and |, )(?=')")
 # A value in a pattern; in quotes it is one name of a list.
 ANY, QUOTED = "(.+?)", "((?:(?!', ).)+?)"
 
@@ -101,6 +103,9 @@ def _composed(code: str, text: str) -> str:
     label, _, unit = text.rpartition(" (")
     if unit.endswith(")") and (known := _texts(code).get(label)):
         return f"{known} ({unit}"
+    *parts, last = IN_LIST.split(text)
+    if parts and all(_fitting(code, part) for part in [*parts[::2], last]):
+        return "".join(_in(code, part) for part in [*parts, last])
     if found := _fitting(code, text):
         return found
     # A sentence after a name and a colon begins with a small letter, and alone with a capital one.

@@ -22,6 +22,7 @@ import numpy.typing as npt
 
 from ...sensor_logic.logs.error import InputError
 from ...sensor_logic.logs.formats.activities import DoneActivity, gaps, without_overlaps
+from .file import check
 from .routine import (
     DAY,
     NEW_DAY,
@@ -35,7 +36,9 @@ from .routine import (
     Routine,
     RoutineActivity,
     Segment,
+    seconds,
 )
+from .text import duration
 from .timetable import OTHER, SHORTEST, timetable
 
 HOUR = 3600.0
@@ -54,6 +57,9 @@ PUNCTUAL, MOST_DAYS, MOST_STARTS = 30 * 60.0, 0.75, 1 / 3
 # It follows another activity rather than the clock if its spread after that one is smaller by this
 # factor. Assumed.
 CHAINED = 0.5
+
+# The greatest chance of entries that overlap.
+ALMOST = 0.99
 
 # The constants of the method were chosen with the homes B of Ordonez and A and C of Kasteren.
 # Hours of the day in which fewer activities began than this are learnt together with the next.
@@ -505,9 +511,11 @@ def _regular(days: Days, name: str) -> _Regular | None:
         np.array([getattr(one, key) for one in best.values()])
         for key in ("begins", "lasts", "ends")
     )
-    middle, spread = _middle(begins)
-    until, spread_of_end = _middle(ends)
+    (middle, spread), (until, spread_of_end) = _middle(begins), _middle(ends)
     median, varies = _duration(lasts, np.ones(len(lasts)))
+    # As the text of a routine has them.
+    middle, until = 60.0 * round(middle / 60), 60.0 * round(until / 60)
+    median = seconds(duration(max(median, 1.0)))
     is_by_clock = spread_of_end < _middle(lasts)[1] and middle < until < middle + DAY
     entry = FixedPoint(
         name, middle, (spread, spread_of_end if is_by_clock else spread),
@@ -548,6 +556,27 @@ def _dated(
     return Calendar(kind), replace(entry, at=entry.at - DAY, until=until)
 
 
+def _plans(
+    person: Person, entries: Mapping[Calendar, Sequence[FixedPoint]]
+) -> tuple[FixedPoints, ...]:
+    """Return the plans with these entries.
+
+    Entries that overlap by a little, as their medians can, get a chance below 1: the later one
+    begins late then.
+    """
+    found = tuple(FixedPoints(person.name, on, tuple(of)) for on, of in entries.items())
+    try:
+        check(Routine({person.name: person}, {}, found, (), (), ()))
+    except InputError:
+        found = tuple(
+            replace(
+                plan, entries=tuple(replace(e, chance=min(e.chance, ALMOST)) for e in plan.entries)
+            )
+            for plan in found
+        )
+    return found
+
+
 # Routines of one person.
 
 
@@ -580,7 +609,7 @@ def learn(log: LivedDays, person: Person) -> Routine:
     """
     entries: dict[Calendar, list[FixedPoint]] = defaultdict(list)
     spans = [span for of in _kinds_of_day(log.outer) for span in _spans(log, person, of, entries)]
-    plans = tuple(FixedPoints(person.name, on, tuple(of)) for on, of in entries.items())
+    plans = _plans(person, entries)
     interruptions = tuple(_interruptions(log, person))
     names = {choice.activity for span in spans for choice in span.filler.choices}
     names |= {rule.activity for rule in interruptions}

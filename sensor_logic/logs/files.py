@@ -71,6 +71,16 @@ def check_target(path: Path, what: str) -> None:
         raise AngenError(f"{what}: {path} is read-only: give another name")
 
 
+def is_same_file(one: Path, other: Path) -> bool:
+    """Return whether two paths lead to one file, also through links.
+
+    On macOS and Windows, the letters of the paths can differ in case.
+    """
+    if one.exists() and other.exists():
+        return one.samefile(other)
+    return one.resolve() == other.resolve()
+
+
 def read_text(path: Path) -> str:
     """Return the text of a file that a user named. Raise InputError if it cannot be read."""
     with (

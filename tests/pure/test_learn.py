@@ -206,6 +206,22 @@ def test_what_follows_something_else_has_no_time_of_its_own() -> None:
     assert np.median(hours(found.outer, "Breakfast")) == pytest.approx(7.12, abs=0.1)
 
 
+def test_entries_that_touch_read_back() -> None:
+    """An entry can last until another begins, and their medians differ by a minute."""
+    random, done = np.random.default_rng(63), []
+    now = MONDAY - timedelta(minutes=60)
+    for number in range(16):
+        day = MONDAY + timedelta(days=number)
+        wake, work = 420 + 3 * random.normal(), 900 + 20 * random.normal()
+        for until, name in ((wake, "Sleep"), (work, "Read"), (1380 + random.normal(), "Work")):
+            then = day + timedelta(minutes=round(until))
+            done.append(DoneActivity(now, then, "", name))
+            now = then
+    routine = learn(lived_days(done), Person("anna", "anna", False, ""))
+    assert len([entry for plan in routine.plans for entry in plan.entries]) >= 2
+    assert file.read(routine_text(routine, [], {}), "again.toml").plans
+
+
 def test_what_an_entry_cuts_short_would_have_lasted_longer() -> None:
     """Kaplan and Meier: a case that was cut gives its weight to the longer ones."""
     cut = np.array([False, True, False, False])
@@ -564,11 +580,12 @@ def test_what_learn_cannot_write_is_one_line(
 
 
 def test_each_person_has_habits_of_their_own(angen: Angen, given: Path) -> None:
-    rows = [f"{a},{b},{who},{name}" for who in ("anna", "bo") for a, b, name in invented(8)]
+    rows = [f"{a},{b},{who},{name}" for who in ("anna", "bo") for a, b, name in punctual(8)]
     given.joinpath("log.csv").write_text("start,end,person,activity\n" + "\n".join(rows))
     assert learn_from(angen, given)[0] == 0
     both = file.read(given.joinpath("out.toml").read_text(), "out.toml")
     assert set(both.persons) == {filler.person for filler in both.fillers} == {"anna", "bo"}
+    assert {plan.person for plan in both.plans} == {"anna", "bo"}
     assert learn_from(angen, given, "--person", "bo")[0] == 0
     one = file.read(given.joinpath("out.toml").read_text(), "out.toml")
     assert set(one.persons) == {"bo"}

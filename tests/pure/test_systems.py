@@ -96,6 +96,19 @@ def test_of_several_files_none_is_new_where_one_is_open_in_another_program(tmp_p
     assert set(contents(tmp_path).values()) == {b"new"}
 
 
+@pytest.mark.parametrize("verb", ["convert", "learn"])
+def test_an_output_that_names_the_input_in_other_case(tmp_path, angen, verb):
+    """On macOS both are one file, as they are here by a link."""
+    path, out = tmp_path / "log.csv", tmp_path / "LOG.csv"
+    path.write_bytes(LOG.encode())
+    if not out.exists():
+        os.link(path, out)
+    options = ["--format", "events"] if verb == "convert" else []
+    status, _, err = angen(verb, path, *options, "--out", out)
+    assert status == 2 and re.search(r"LOG\.csv is also read.*; give another name", err)
+    assert path.read_bytes() == LOG.encode()
+
+
 def test_a_new_file_that_a_virus_scanner_opens_for_a_moment(tmp_path, monkeypatch):
     scans, replace = [1, 2], os.replace
 

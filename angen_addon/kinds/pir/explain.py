@@ -16,7 +16,7 @@ from ....sensor_logic.kinds.pir.pyroelectric import threshold_of
 from ....sensor_logic.kinds.pir.range_scan import PirParameters
 from ....sensor_logic.kinds.pir.scan_evidence import SAME
 from ....sensor_logic.kinds.pir.warm_evidence import WarmObject, warm_objects
-from ....sensor_logic.logs.wording import Lengths, capital, percent, quoted
+from ....sensor_logic.logs.wording import Lengths, capital, listed, percent, quoted
 from ....sensor_logic.parameters import label_of, specs
 from ....sensor_logic.physics import waiting
 from ...appearance.facts import Explanation, Facts
@@ -152,9 +152,8 @@ def _facts(cause: RayChange, parameters: PirParameters, lengths: Lengths) -> Fac
         sigma = lengths.typed(parameters.noise_sigma)
         facts.append(("Noise", f"{sigma} (standard deviation) on each range"))
     if cause.over:
-        shown = [f"{count} by {_culprit_text(name)}" for name, count in cause.over[:NAMES_SHOWN]]
-        more = len(cause.over) - NAMES_SHOWN
-        facts.append(("Rays changed", ", ".join(shown) + (f" and {more} more" if more > 0 else "")))
+        shown = [f"{count} by {_culprit_text(name)}" for name, count in cause.over]
+        facts.append(("Rays changed", listed(shown, NAMES_SHOWN)))
     return facts
 
 
@@ -168,20 +167,26 @@ def _culprit_text(name: str) -> str:
 
 def _headline(cause: RayChange, parameters: PirParameters, active: bool, lengths: Lengths) -> str:
     if not cause.triggered:
-        held = f" in the hold time of {parameters.hold_time:g} s" if parameters.hold_time else ""
-        where = "" if parameters.sweep == "ALL" else f" of this update's tilt {cause.tilt}"
+        limit, hold_time = lengths.typed(cause.threshold), parameters.hold_time
         most = f"the largest change was {lengths.text(cause.change)}"
         if _is_noise_alone(cause, parameters):
             most = "only noise changed the ranges"
-        text = f"no ray{where} changed by more than {lengths.typed(cause.threshold)}; {most}"
-        return f"{'Held on' if active else f'Still, no movement{held}'}: {text}"
+        if parameters.sweep == "ALL":
+            text = f"no ray changed by more than {limit}; {most}"
+        else:
+            text = f"no ray of this update's tilt {cause.tilt} changed by more than {limit}; {most}"
+        if active:
+            return f"Held on: {text}"
+        if hold_time:
+            return f"Still, no movement in the hold time of {hold_time:g} s: {text}"
+        return f"Still, no movement: {text}"
     name = quoted(cause.culprit)
-    ignored = "" if active else " (ignored: warm-up or blocking time)"
     old, new = cause.names
     if cause.culprit == NOISE:
         what = "nothing moved, the noise alone exceeded the threshold"
     elif old == new:
-        what = f"{name} moved {'away' if cause.after > cause.before else 'nearer'}"
+        away = cause.after > cause.before
+        what = f"{name} moved away" if away else f"{name} moved nearer"
     elif cause.after < cause.before:
         what = (
             f"{name} came in front of {_hit_text(old, parameters, lengths)}"
@@ -189,8 +194,9 @@ def _headline(cause: RayChange, parameters: PirParameters, active: bool, lengths
             else f"{name} came in"
         )
     else:
-        what = f"{name} left" + (f", {quoted(new)} is behind" if new else "")
-    return f"Motion{ignored}: {what}; ray {cause.ray} changed by {lengths.text(cause.change)}"
+        what = f"{name} left, {quoted(new)} is behind" if new else f"{name} left"
+    text = f"{what}; ray {cause.ray} changed by {lengths.text(cause.change)}"
+    return f"Motion: {text}" if active else f"Motion (ignored: warm-up or blocking time): {text}"
 
 
 def _sensor_movement(recorded: RecordedSensor, index: int) -> str:
@@ -259,11 +265,12 @@ def _warm_headline(cause: WarmCause, active: bool) -> str:
         if moving
         else "nothing warmer or colder than the room moved through the zones"
     )
+    signal = f"the signal is {percent(cause.signal)} of the threshold"
     if over:
-        ignored = "" if active else " (ignored: warm-up or blocking time)"
-        return f"Motion{ignored}: {who}; the signal is {percent(cause.signal)} of the threshold"
-    held = "Held on" if active else "Still"
-    return f"{held}: the signal is {percent(cause.signal)} of the threshold; {who}"
+        text = f"{who}; {signal}"
+        ignored = f"Motion (ignored: warm-up or blocking time): {text}"
+        return f"Motion: {text}" if active else ignored
+    return f"Held on: {signal}; {who}" if active else f"Still: {signal}; {who}"
 
 
 # m. A smaller movement counts as none.

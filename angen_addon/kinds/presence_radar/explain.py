@@ -108,8 +108,8 @@ def _headline(
     if not cause.names:
         return f"the still energy of who was here fades in gate {cause.gate}"
     what = named(cause.names, NAMES_SHOWN)
-    does = "moves" if cause.moving else "breathes"
-    text = f"{what} {does}, {lengths.text(cause.distance)} away"
+    away = lengths.text(cause.distance)
+    text = f"{what} moves, {away} away" if cause.moving else f"{what} breathes, {away} away"
     return f"{text}, seen through {named(cause.through)}" if cause.through else text
 
 
@@ -122,15 +122,18 @@ def _facts(
     if not cause.names:
         return stops
     lengths = recorded.lengths
-    energy = f"{cause.energy:.0f} of 100, {'' if cause.detects else 'not '}above"
+    energy = f"{cause.energy:.0f} of 100, above {cause.threshold:g}"
+    if not cause.detects:
+        energy = f"{cause.energy:.0f} of 100, not above {cause.threshold:g}"
     # The panel of events has room for names of 14 letters and texts of 22.
     facts: Facts = [
         ("Gate", f"{cause.gate}, {gate_span(parameters, cause.gate, lengths)}"),
-        ("Moving energy" if cause.moving else "Still energy", f"{energy} {cause.threshold:g}"),
+        ("Moving energy" if cause.moving else "Still energy", energy),
     ]
     if cause.detects and cause.moving:
-        way = "away" if cause.speed > 0.0 else "towards it"
-        facts.append(("Speed", f"{abs(cause.speed):.2f} m/s {way}"))
+        speed = f"{abs(cause.speed):.2f} m/s"
+        way = f"{speed} away" if cause.speed > 0.0 else f"{speed} towards it"
+        facts.append(("Speed", way))
     if cause.through:
         facts.append(("Passed", f"{named(cause.through)}: {2.0 * cause.loss:.1f} dB both ways"))
     if parameters.max_targets:

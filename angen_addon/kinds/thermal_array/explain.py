@@ -69,11 +69,14 @@ def _headline(
         return "held, no pixel is warm now" if is_on else "no pixel is warm"
     what = named(name for name, _ in cause.objects[:NAMES_SHOWN]) or "the noise"
     pixels = "one pixel" if cause.warm == 1 else f"{cause.warm} pixels"
-    warm = "warm" if len(cause.objects) > 1 else "warms"
-    text = f"{what} {warm} {pixels}, up to {_celsius(highest)}"
+    text = f"{what} warms {pixels}, up to {_celsius(highest)}"
+    if len(cause.objects) > 1:
+        text = f"{what} warm {pixels}, up to {_celsius(highest)}"
     if cause.warm >= parameters.min_pixels:
         return text
-    return f"{text}; {parameters.min_pixels} are needed" + ", so it is held" * is_on
+    if is_on:
+        return f"{text}; {parameters.min_pixels} are needed, so it is held"
+    return f"{text}; {parameters.min_pixels} are needed"
 
 
 def _facts(

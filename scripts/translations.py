@@ -55,6 +55,7 @@ OTHERS = (
     "Still, closed, free, dark", "Not valid", "Not yet sure, or warming up",
     "Old: the scene has changed since", "Only baked keyframes",
     "No reading: scrub, play or simulate", "Off", "{} and {} more", "{}, and is stale",
+    "Older adult", "Adult", "Child", "Cat",
     # Words that sentences have as values.
     " and ", "above", "away", "below", "breathing", "centimetres", "doors", "fast", "feet",
     "hinged", "inches", "it", "learnt", "left", "mass", "millimetres", "movement", "noise",
@@ -90,6 +91,7 @@ PROSE = (
     "angen_addon/explain",
     "angen_addon/kinds",
     "angen_addon/output/mqtt/live.py",
+    "angen_addon/output/mqtt/online.py",
     "angen_addon/recording/bake.py",
     "angen_addon/recording/fingerprint.py",
     "angen_addon/recording/followed_scene.py",
@@ -110,6 +112,7 @@ PROSE = (
     "residents/blender/marks.py",
     "residents/blender/places.py",
     "residents/blender/reachable.py",
+    "residents/blender/settings.py",
     "residents/blender/standing.py",
     "residents/blender/unmovable.py",
     "residents/operators",
@@ -129,7 +132,7 @@ NOT_SHOWN = (
     "Proposed {short_label} {i}", "Switch {leaf_object}", "Way that ends", "Way to {place}",
     "{OWNER} = bpy.context.object.angen_sensor.{attribute}", "{stem} events", "{stem} samples",
     "A recording of the Blender extension Ängen Sensors; Clear Recording there removes it",
-    "{LABELS}, from anywhere",
+    "{LABELS}, from anywhere", "Walking frame metal", "{rig} walking frame",
 )  # fmt: skip
 # Files of commands and formats, whose errors no window shows.
 COMMANDS = (

@@ -29,6 +29,8 @@ DRAWING = ("draw", "draw_header", "draw_header_preset")
 LETTERS = 2
 # Between sentences, between a name and a sentence, and in lists.
 BETWEEN = (". ", ": ", "; ", ", ")
+# Between the tip of a parameter and the source of its default.
+SOURCE = ". Source: "
 # Before a quoted name in a list.
 IN_LIST = re.compile(r"( and |, )(?=')")
 # A value in a pattern; in quotes it is one name of a list.
@@ -99,9 +101,8 @@ def _in(code: str, text: str) -> str:
 @lru_cache(4096)
 def _composed(code: str, text: str) -> str:
     """Return the translation of a text that is made of known ones and of values; or ""."""
-    label, _, unit = text.rpartition(" (")
-    if unit.endswith(")") and (known := _texts(code).get(label)):
-        return f"{known} ({unit}"
+    if found := _of_property(code, text):
+        return found
     *parts, last = IN_LIST.split(text)
     if parts and all(_fitting(code, part) for part in [*parts[::2], last]):
         return "".join(_in(code, part) for part in [*parts, last])
@@ -116,6 +117,20 @@ def _composed(code: str, text: str) -> str:
         if parts[1] and (found := between.join(_in(code, part) for part in parts)) != text:
             return found
     return ""
+
+
+def _of_property(code: str, text: str) -> str:
+    """Return the translation of a label with a unit, or of a tip with a source; or ""."""
+    known = _texts(code)
+    label, _, unit = text.rpartition(" (")
+    if unit.endswith(")") and label in known:
+        return f"{known[label]} ({unit}"
+    tip, _, source = text.partition(SOURCE)
+    return (
+        f"{known[tip]}. {known.get('Source', 'Source')}: {source}"
+        if source and tip in known
+        else ""
+    )
 
 
 def _fitting(code: str, text: str) -> str:
@@ -209,15 +224,27 @@ def _below(base: Any) -> Iterator[Any]:
         yield from _below(cls)
 
 
+def _texts_of_properties() -> Iterator[str]:
+    """Yield the names and tips of the extension's properties."""
+    for cls in _below(PropertyGroup):
+        for prop in vars(cls).get("__annotations__", {}).values():
+            if hasattr(prop, "keywords"):
+                yield from (prop.keywords.get(key, "") for key in ("name", "description"))
+
+
 def register() -> None:
-    """Give Blender all dictionaries."""
+    """Give Blender all dictionaries, once all properties are known."""
     found: dict[str, dict[tuple[str, str], str]] = {}
+    texts = set(_texts_of_properties())
     for path in FOLDER.glob("*.po"):
         entries = _entries(path.stem)
         found[path.stem] = {(CONTEXT, e.text): e.translation for e in entries}
         found[path.stem] |= {
             (EVERYWHERE, e.text): e.translation for e in entries if e.what != LABEL
         }
+        for text in texts:
+            if shown := _of_property(path.stem, text):
+                found[path.stem] |= {(CONTEXT, text): shown, (EVERYWHERE, text): shown}
     bpy.app.translations.register(__name__, found)
 
 

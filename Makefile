@@ -49,7 +49,7 @@ lint: ## check style and types
 
 docs: ## build the docs as a site, with search that works offline, in build/site/
 	@BPY= $(DEV) venv $(DOCS_VENV) docs
-	@NO_MKDOCS_2_WARNING=1 $(DOCS_VENV)/bin/python -m mkdocs --quiet build --strict
+	@NO_MKDOCS_2_WARNING=1 $(DOCS_VENV)/bin/python -m mkdocs build --strict
 	@echo "build/site/index.html"
 
 pictures: ## make the docs' pictures anew in a real Blender's window (BLENDER=PATH; ARGS="timeline": some)

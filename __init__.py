@@ -17,17 +17,32 @@ _registered: list[Any] = []
 
 
 def register() -> None:
-    """Register all modules; Blender calls this function."""
+    """Register all modules; Blender calls this function.
+
+    Raise `RuntimeError` if another copy of the extension is registered. After any error nothing is
+    registered.
+    """
+    import bpy
+
     from .angen_addon.process import exit_cleanup
     from .angen_addon.translations.interface import prepare_classes
     from .parts import MODULES, part, runs_here
 
-    for name in MODULES:
-        if runs_here(name):
-            module = part(name)
-            prepare_classes()
-            module.register()
-            _registered.append(module)
+    if hasattr(bpy.types.Object, "angen_sensor"):
+        raise RuntimeError(
+            "Ängen Sensors is on already, from another repository or file: switch that one off in "
+            "Preferences ▸ Add-ons, or restart Blender"
+        )
+    try:
+        for name in MODULES:
+            if runs_here(name):
+                module = part(name)
+                prepare_classes()
+                module.register()
+                _registered.append(module)
+    except BaseException:
+        unregister()
+        raise
     exit_cleanup.unregister_at_exit(unregister)
 
 

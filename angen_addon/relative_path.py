@@ -14,6 +14,13 @@ RELATIVE_PATH: set[str] = (
 )
 
 
+def absolute(path: str) -> Path:
+    """Return the absolute path for a property's path, whatever system has saved the blend file."""
+    # Blender converts separators of its own paths when it opens a file of Windows, not of these.
+    is_relative = path.startswith("//")
+    return Path(bpy.path.abspath(bpy.path.native_pathsep(path) if is_relative else path))
+
+
 class ChosenFile:
     """Mix-in of operators that read or write a file. List it before Blender's `ExportHelper`."""
 
@@ -22,4 +29,4 @@ class ChosenFile:
     @property
     def path(self) -> Path:
         """The absolute path of the file."""
-        return Path(bpy.path.abspath(self.filepath))
+        return absolute(self.filepath)

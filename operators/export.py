@@ -11,7 +11,7 @@ from bpy.types import Context, Event, Operator
 from bpy_extras.io_utils import ExportHelper
 
 from ..angen_addon.output.output_files import write
-from ..angen_addon.relative_path import RELATIVE_PATH, ChosenFile
+from ..angen_addon.relative_path import RELATIVE_PATH, ChosenFile, absolute
 from ..sensor_logic.logs.error import AngenError
 from ..sensor_logic.logs.files import check_folder, file_names
 from ..sensor_logic.recording.events import events_csv, samples_csv
@@ -57,7 +57,7 @@ class ANGEN_OT_export_samples(ExportOptions, Operator):
         _, recording, start = self.chosen(context)
         if not self.directory:
             raise AngenError("Choose a folder for the samples")
-        folder = self._make_folder(Path(bpy.path.abspath(self.directory)))
+        folder = self._make_folder(absolute(self.directory))
         texts = {
             folder / name: self.shown(samples_csv(recording.tracks[sensor], start))
             for sensor, name in file_names(recording.tracks).items()
@@ -67,11 +67,11 @@ class ANGEN_OT_export_samples(ExportOptions, Operator):
 
     def _make_folder(self, chosen: Path) -> Path:
         """Return `chosen`, or a new folder inside it if the user has typed a name for one."""
+        check_folder(chosen if self.folder or chosen.exists() else chosen.parent, "Export")
         if not self.folder:
             return chosen
         if Path(self.folder).name != self.folder or self.folder == "..":
             raise AngenError(f"New Folder: '{self.folder}' is not the name of a folder")
-        check_folder(chosen, "Export")
         made, number = chosen / self.folder, 1
         while made.exists():
             number += 1

@@ -38,8 +38,8 @@ class ANGEN_OT_export_format(ExportOptions, Operator, ChosenFile):
     format: EnumProperty(name="Format", items=ITEMS)
 
     def invoke(self, context: Context, event: Event) -> set[str]:
-        stem = Path(bpy.data.filepath).stem or "home"
-        self.filepath = str(Path(bpy.data.filepath).with_name(f"{stem} events"))
+        home = Path(bpy.data.filepath or "home.blend")
+        self.filepath = str(home.with_name(f"{home.stem} events"))
         context.window_manager.fileselect_add(self)
         return {"RUNNING_MODAL"}
 
@@ -54,8 +54,9 @@ class ANGEN_OT_export_format(ExportOptions, Operator, ChosenFile):
     def export(self, context: Context) -> str:
         sensors, recording, start = self.chosen(context)
         path = self.path
-        if not path.suffix:
-            path = path.with_suffix(FORMATS[self.format].extension)
+        # The name of home.v2.blend proposes "home.v2 events", whose end is no suffix.
+        if not path.suffix[1:].isalnum():
+            path = path.with_name(path.name + FORMATS[self.format].extension)
         exports = Exports([self.format], [path])
         log = log_of_run(recording, context.scene, sensors, start)
         with Outputs() as outputs:

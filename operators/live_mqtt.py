@@ -5,13 +5,12 @@ from __future__ import annotations
 
 import argparse
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import bpy
 from bpy.app.handlers import persistent
-from bpy.props import BoolProperty, PointerProperty, StringProperty
-from bpy.types import Context, Operator, PropertyGroup
+from bpy.props import BoolProperty, StringProperty
+from bpy.types import AddonPreferences, Context, Operator
 
 from ..angen_addon.output.mqtt import address
 from ..angen_addon.output.mqtt.live import (
@@ -22,9 +21,10 @@ from ..angen_addon.output.mqtt.live import (
     present_readings,
 )
 from ..angen_addon.output.mqtt.online import REFUSAL, may_go_online
-from ..angen_addon.relative_path import RELATIVE_PATH
+from ..angen_addon.relative_path import absolute
 from ..angen_addon.runtime.running import is_running
 from ..angen_addon.scene.sensors import all_sensors, check_names, simulated
+from ..angen_addon.translations.dictionary import CONTEXT
 from ..sensor_logic.logs.error import AngenError
 from ..sensor_logic.logs.formats.home_assistant import TOPIC
 from .polls import cancelled, needs
@@ -52,15 +52,28 @@ def _set_password(_settings: Any, text: str) -> None:
     _password = text
 
 
-class AngenMqtt(PropertyGroup):
-    """The broker of *Live to MQTT*."""
+def _changed(settings: Any, context: Context) -> None:
+    # Blender saves its preferences at its end if they have changed.
+    context.preferences.is_dirty = True
+    # A path that is relative to this file would mean another one in the next file.
+    if settings.authority.startswith("//"):
+        settings.authority = str(absolute(settings.authority))
+
+
+class AngenPreferences(AddonPreferences):
+    """The broker of *Live to MQTT*, which stays the same when another file is opened."""
+
+    bl_idname = __package__.rpartition(".")[0]
 
     broker: StringProperty(
         name="Broker",
         description="The broker's host, or HOST:PORT, such as homeassistant.local. Without a port "
         "1883, or 8883 with TLS",
+        update=_changed,
     )
-    user: StringProperty(name="User", description="User name at the broker; empty: none")
+    user: StringProperty(
+        name="User", description="User name at the broker; empty: none", update=_changed
+    )
     password: StringProperty(
         name="Password",
         description="Password of the user. It is in no file: Blender forgets it at its end",
@@ -68,29 +81,31 @@ class AngenMqtt(PropertyGroup):
         get=_get_password,
         set=_set_password,
     )
-    tls: BoolProperty(name="TLS", description="Encrypt the connection")
+    tls: BoolProperty(name="TLS", description="Encrypt the connection", update=_changed)
     authority: StringProperty(
         name="Authority",
         description="Certificate (PEM) of the authority that signed the broker's; empty: those "
         "that the system trusts",
         subtype="FILE_PATH",
-        options=RELATIVE_PATH,
-    )
-    topic: StringProperty(
-        name="Topic",
-        description="First part of all topics. A second home at the same broker needs another",
-        default=TOPIC,
+        update=_changed,
     )
 
 
-def address_of(settings: Any) -> tuple[address.Address, str]:
-    """Return the broker's address and the topic of the settings; raise AngenError if wrong."""
-    authority = Path(bpy.path.abspath(settings.authority)) if settings.authority else None
+def settings_of(context: Context) -> Any:
+    """Return the settings of the broker; None in the Python package, which has no preferences."""
+    addon = context.preferences.addons.get(AngenPreferences.bl_idname)
+    return addon and addon.preferences
+
+
+def address_of(context: Context) -> tuple[address.Address, str]:
+    """Return the broker's address and the topic of the home; raise AngenError if one is wrong."""
+    settings = settings_of(context)
+    authority = absolute(settings.authority) if settings.authority else None
     if "@" in settings.broker:
         raise AngenError("the broker contains a user name: give it as User, and its Password")
     try:
         host = address.host_and_port(settings.broker.strip())
-        topic = address.topic(settings.topic.strip() or TOPIC)
+        topic = address.topic(context.scene.angen_topic.strip() or TOPIC)
     except argparse.ArgumentTypeError as error:
         raise AngenError(str(error)) from None
     options = argparse.Namespace(
@@ -120,8 +135,8 @@ def sent_scene() -> Any:
 def _can_start(operator: type[Operator], context: Context) -> bool:
     return (
         needs(operator, may_go_online(), REFUSAL)
-        and needs(operator, not is_busy(), "Stop first")
-        and needs(operator, context.window_manager.angen_mqtt.broker, "Name the broker first")
+        and needs(operator, not is_busy(), "Stop first, or wait for the end")
+        and needs(operator, getattr(settings_of(context), "broker", ""), "Name the broker first")
     )
 
 
@@ -154,7 +169,7 @@ class ANGEN_OT_mqtt_start(Operator):
             return cancelled(self, "All sensors are switched off: switch one on with Enabled")
         try:
             check_names(sensors)
-            found, topic = address_of(context.window_manager.angen_mqtt)
+            found, topic = address_of(context)
             new = LiveSender(found, topic, sensors, present_readings(context.scene, sensors))
         except AngenError as error:
             return cancelled(self, error)
@@ -177,7 +192,7 @@ class ANGEN_OT_mqtt_remove(Operator):
 
     def execute(self, context: Context) -> set[str]:
         try:
-            _start(Remover(*address_of(context.window_manager.angen_mqtt)))
+            _start(Remover(*address_of(context)))
         except AngenError as error:
             return cancelled(self, error)
         return {"FINISHED"}
@@ -190,7 +205,7 @@ class ANGEN_OT_mqtt_stop(Operator):
 
     @classmethod
     def poll(cls, _context: Context) -> bool:
-        return needs(cls, is_busy(), "Nothing is being sent")
+        return needs(cls, sender is not None and not sender.is_stopped, "Nothing is being sent")
 
     def execute(self, _context: Context) -> set[str]:
         stop()
@@ -198,17 +213,24 @@ class ANGEN_OT_mqtt_stop(Operator):
 
 
 def stop() -> None:
-    """Send no more readings."""
+    """Send no more readings. The sender stays until it has ended: no second one may disturb it."""
     global sender
     if sender is not None:
         sender.stop()
-        sender = None
+        if not sender.is_alive:
+            sender = None
 
 
 def _tick() -> float | None:
     """Send what has changed; return the time in s until the next call, None to end the timer."""
-    global _drawn
+    global sender, _drawn
     if sender is None:
+        return None
+    if sender.is_stopped:
+        if sender.is_alive:
+            return TICK_S
+        sender = None
+        _redraw()
         return None
     if not sender.is_alive:
         done = sender.state if isinstance(sender, Remover) else ""
@@ -259,13 +281,18 @@ def _before_load(*_: Any) -> None:
 
 
 _register, _unregister = bpy.utils.register_classes_factory(
-    (AngenMqtt, ANGEN_OT_mqtt_start, ANGEN_OT_mqtt_stop, ANGEN_OT_mqtt_remove)
+    (AngenPreferences, ANGEN_OT_mqtt_start, ANGEN_OT_mqtt_stop, ANGEN_OT_mqtt_remove)
 )
 
 
 def register() -> None:
     _register()
-    bpy.types.WindowManager.angen_mqtt = PointerProperty(type=AngenMqtt)
+    bpy.types.Scene.angen_topic = StringProperty(
+        name="Topic",
+        description="First part of all topics. A second home at the same broker needs another",
+        default=TOPIC,
+        translation_context=CONTEXT,
+    )
     bpy.app.handlers.load_pre.append(_before_load)
 
 
@@ -274,5 +301,5 @@ def unregister() -> None:
     if bpy.app.timers.is_registered(_tick):
         bpy.app.timers.unregister(_tick)
     bpy.app.handlers.load_pre.remove(_before_load)
-    del bpy.types.WindowManager.angen_mqtt
+    del bpy.types.Scene.angen_topic
     _unregister()

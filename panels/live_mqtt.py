@@ -17,13 +17,19 @@ class ANGEN_PT_live_mqtt(ClosedSidebar, Panel):
     bl_label = "Live to MQTT"
     help_page = "home_assistant"
 
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        return live_mqtt.settings_of(context) is not None
+
     def draw(self, context: Context) -> None:
-        layout, settings = self.layout, context.window_manager.angen_mqtt
+        layout, settings = self.layout, live_mqtt.settings_of(context)
         layout.use_property_split, layout.use_property_decorate = True, False
         busy = live_mqtt.is_busy()
         column = layout.column()
         column.enabled = not busy
-        for name in ("broker", "topic", "user", "password", "tls"):
+        column.prop(settings, "broker")
+        column.prop(context.scene, "angen_topic")
+        for name in ("user", "password", "tls"):
             column.prop(settings, name)
         if settings.tls:
             column.prop(settings, "authority")

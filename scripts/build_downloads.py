@@ -38,7 +38,7 @@ def build(folder: Path) -> Iterator[Path]:
         if not names:
             sys.exit(f"build_downloads: there is nothing in {root}: run `{made_by}` first")
         target = folder / f"angen_sensors_{name}-{version}.zip"
-        pack(target, names, root)
+        pack(target, names, root, compress=True)
         yield target
 
 

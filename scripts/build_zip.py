@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Build the extension's zip: build_zip.py FOLDER. Needs Python 3.11 or later and nothing else.
 
-The same source gives the same bytes on each system, with the same zlib. Blender's own tool checks
+The same source gives the same bytes on each system. Blender's own tool checks
 the zip and builds one of the same files if it is installed: in a Blender as a Python module (of
 this interpreter or of an environment of the project), or in a Blender program (the one that BLENDER
 names, or the one on PATH).
@@ -142,17 +142,18 @@ def _is_excluded(path: str, patterns: list[str]) -> bool:
     return False
 
 
-def pack(target: Path, names: list[str], root: Path = ROOT) -> None:
+def pack(target: Path, names: list[str], root: Path = ROOT, compress: bool = False) -> None:
     """Pack files of a folder, by their names there with `/`, in this order.
 
-    No time, system or right of this machine gets into the zip.
+    No time, system or right of this machine gets into the zip; with `compress` its zlib does, which
+    is zlib-ng in Windows's Python 3.14, for example.
     """
-    with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as packed:
+    with zipfile.ZipFile(target, "w", compresslevel=9) as packed:
         for name in names:
             facts = zipfile.ZipInfo(name, TIME)
             # As on Unix, also on Windows.
             facts.create_system, facts.external_attr = 3, 0o644 << 16
-            facts.compress_type = zipfile.ZIP_DEFLATED
+            facts.compress_type = zipfile.ZIP_DEFLATED if compress else zipfile.ZIP_STORED
             packed.writestr(facts, (root / name).read_bytes())
 
 

@@ -97,12 +97,46 @@ class Zip:
                 elif isinstance(node, ast.ImportFrom) and not node.level:
                     yield name, node.module or ""
 
+    @functools.cached_property
+    def reached(self) -> set[str]:
+        """The files of the modules that the extension can import, beginning with its own."""
+        named = {
+            f"{node.value.replace('.', '/')}.py"
+            for node in self.nodes.get("parts.py", ())
+            if isinstance(node, ast.Constant) and isinstance(node.value, str)
+        }
+        found: set[str] = set()
+        new = {"__init__.py", *named, *(name for name in self.nodes if name.startswith(FOUND))}
+        while new := (new & self.nodes.keys()) - found:
+            found |= new
+            new = {other for name in new for other in self._relative(name)}
+        return found
+
+    def _relative(self, name: str) -> Iterator[str]:
+        """Yield the files that a module may import, some of which may not exist."""
+        for node in self.nodes[name]:
+            if isinstance(node, ast.ImportFrom) and node.level:
+                base = [*name.split("/")[: -node.level], *(node.module or "").split(".")]
+                base = [part for part in base if part]
+                for module in (base, *([*base, alias.name] for alias in node.names)):
+                    yield "/".join(module) + ".py"
+                    # Folders are imported with what they are in.
+                    for end in range(len(module) + 1):
+                        yield "/".join([*module[:end], "__init__.py"])
+
 
 Found = Iterator[str]
 README = "README_USERS.md"
 # Tags for add-ons on the platform that fit.
 TAGS = {"Animation", "Physics", "Import-Export", "Pipeline", "Scene", "3D View"}
 NETWORK = {"socket", "ssl", "urllib", "http", "requests", "smtplib", "ftplib", "paho"}
+# Folders of which each module is imported, whatever its name.
+FOUND = ("sensor_logic/kinds/", "angen_addon/kinds/", "angen_addon/scene/surfaces/")
+# Base classes of what Blender registers, and how its identifiers begin.
+REGISTERED = {"PropertyGroup", "Operator", "Panel", "Menu", "UIList", "Gizmo", "GizmoGroup"}
+OURS = ("angen.", "ANGEN_", "Angen", "_Angen", "angen_")
+# Functions that run a text as code or as a command.
+RUN_TEXT = {"eval", "exec", "compile", "__import__", "os.system", "os.popen"}
 # Files of the Python package and of the repository alone.
 OTHER_WAYS = (
     *("__main__.py", "standalone.py", "setup.py", "pyproject.toml", "Makefile"),
@@ -118,6 +152,8 @@ def _manifest(packed: Zip) -> Found:
     tags = set(manifest.get("tags", ()))
     if "Import-Export" not in tags or tags - TAGS:
         yield f"the tags are {sorted(tags)}"
+    if "blender" in str(manifest.get("name", "")).lower():
+        yield "the name contains 'Blender'"
     if manifest.get("license") != ["SPDX:GPL-3.0-or-later"] or "LICENSE" not in packed.files:
         yield "the licence is not GPL-3.0-or-later, with its text"
 
@@ -147,6 +183,8 @@ def _wheels(packed: Zip) -> Found:
         package = Path(wheel).name.partition("-")[0].replace("_", "-")
         if not packed.text(f"wheels/LICENSE-{package}.txt"):
             yield f"{wheel} has no licence beside it"
+        if not any(f"({package})" in holder for holder in packed.manifest.get("copyright", ())):
+            yield f"the manifest's copyright does not name the authors of {package}"
         if not wheel.endswith("-py3-none-any.whl"):
             yield f"{wheel} is not pure Python"
 
@@ -156,19 +194,23 @@ def _other_ways(packed: Zip) -> Found:
         if any(f"/{name}".endswith(f"/{way}") or f"/{way}" in f"/{name}" for way in OTHER_WAYS):
             yield f"{name} is for another way to run"
     for name, nodes in packed.nodes.items():
-        for node in nodes:
+        # Also in the text of a program for another process.
+        if "sys.path." in packed.text(name) or "sys.path[" in packed.text(name):
+            yield f"{name} changes sys.path"
+        for node in nodes if "sys.modules" in packed.text(name) else ():
             targets = node.targets if isinstance(node, ast.Assign) else []
             texts = [ast.unparse(target) for target in targets]
             if isinstance(node, ast.Call):
                 texts = [t for t in [ast.unparse(node.func)] if not t.startswith("sys.modules.get")]
-            if any(text.startswith(("sys.modules", "sys.path")) for text in texts):
-                yield f"{name} changes sys.modules or sys.path"
+            if any(text.startswith("sys.modules") for text in texts):
+                yield f"{name} changes sys.modules"
 
 
 def _leftovers(packed: Zip) -> Found:
     for name in packed.files:
         hidden = any(part.startswith((".", "__pycache__")) for part in name.split("/"))
-        if hidden or name.endswith((".pyc", ".blend", ".zip", ".so", ".dll", ".exe")):
+        text = name in ("LICENSE", README) or name.startswith("wheels/LICENSE-")
+        if hidden or not (text or name.endswith((".py", ".po", ".json", ".toml", ".whl"))):
             yield f"{name} does not belong into a zip"
         if name.startswith(("docs/", "tests/", "scripts/", "benchmarks/", "sample_blends/")):
             yield f"{name} is for developers"
@@ -201,6 +243,54 @@ def _imports(packed: Zip) -> Found:
             yield f"{name} imports {module}: imports within an extension are relative"
 
 
+def _reachable(packed: Zip) -> Found:
+    for name in sorted(packed.nodes.keys() - packed.reached):
+        yield f"nothing imports {name}"
+
+
+def _calls(packed: Zip) -> Iterator[tuple[str, str, ast.Call]]:
+    """Yield each module's file with each call in it, after the name of the function."""
+    for name, nodes in packed.nodes.items():
+        for node in nodes:
+            if isinstance(node, ast.Call) and isinstance(node.func, ast.Name | ast.Attribute):
+                yield name, ast.unparse(node.func), node
+
+
+def _running_text(packed: Zip) -> Found:
+    for name, function, call in _calls(packed):
+        if function in RUN_TEXT or "shell" in {word.arg for word in call.keywords}:
+            yield f"{name} calls {function}"
+
+
+def _printing(packed: Zip) -> Found:
+    for name, function, call in _calls(packed):
+        if function == "print" and "file" not in {word.arg for word in call.keywords}:
+            yield f"{name} prints"
+
+
+def _keymaps(packed: Zip) -> Found:
+    for name in packed.nodes:
+        if re.search(r"keyconfigs\.(?:user|default)\b", packed.text(name)):
+            yield f"{name} takes keymaps of the user or of Blender"
+
+
+def _names(packed: Zip) -> Found:
+    for name, nodes in packed.nodes.items():
+        for node in nodes:
+            found: list[str] = []
+            if isinstance(node, ast.ClassDef):
+                bases = {ast.unparse(base).rpartition(".")[2] for base in node.bases}
+                found = [node.name] if bases & REGISTERED else []
+            elif isinstance(node, ast.Assign) and isinstance(node.value, ast.Constant):
+                of = [getattr(target, "id", "") for target in node.targets]
+                found = [str(node.value.value)] if "bl_idname" in of else []
+            elif isinstance(node, ast.Assign) and isinstance(node.value, ast.Call):
+                attributes = [t.attr for t in node.targets if isinstance(t, ast.Attribute)]
+                made = attributes and ast.unparse(node.value.func).endswith("Property")
+                found = attributes if made else []
+            yield from (f"{name}: {one}" for one in found if not one.startswith(OURS))
+
+
 RULES: tuple[tuple[str, Callable[[Zip], Found]], ...] = (
     ("the manifest has a website, tags of the platform and a GPL licence", _manifest),
     ("each permission is needed, and has its reason", _permissions),
@@ -208,9 +298,14 @@ RULES: tuple[tuple[str, Callable[[Zip], Found]], ...] = (
     ("wheels are in the zip, pure Python, and with their licence", _wheels),
     ("no code for other ways to run it than as an extension", _other_ways),
     ("modules import each other relatively", _imports),
-    ("no compiled, hidden or binary files, and none for developers", _leftovers),
+    ("no compiled, hidden, binary or stray files, and none for developers", _leftovers),
     ("the README is for users", _readme),
     ("each process that it starts is told", _processes),
+    ("each module can be imported, beginning with __init__.py", _reachable),
+    ("no text is run as code, or by a shell", _running_text),
+    ("nothing is printed into Blender's console but warnings, to the error output", _printing),
+    ("keys are added to those of add-ons alone", _keymaps),
+    ("what Blender registers has a name that begins with the extension's", _names),
 )
 
 

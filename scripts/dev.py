@@ -21,6 +21,7 @@ program is on PATH, "test" makes an environment without the module. This file ne
 
 from __future__ import annotations
 
+import ast
 import glob
 import hashlib
 import importlib
@@ -115,9 +116,10 @@ def find_python(versions: list[str]) -> str:
         version = version_of(*command)
         if version not in versions:
             continue
-        found = answer(command, "import ensurepip, venv, sys; print(sys.executable)")
+        # In ASCII: a user's name in the path may have letters of another encoding than that here.
+        found = answer(command, "import ensurepip, venv, sys; print(ascii(sys.executable))")
         if found:
-            return found
+            return str(ast.literal_eval(found))
         incomplete = incomplete or version
     if incomplete:
         raise NoPython(
@@ -295,7 +297,7 @@ def build_zip() -> None:
 
 def demo() -> None:
     """Simulate the sample home."""
-    run(make_venv(*environment()), "scripts/demo.py")
+    run(make_venv(*environment()), "scripts/demo.py", PYTHONUTF8="1")
 
 
 def smoke() -> None:

@@ -46,11 +46,12 @@ TIMEOUT_S = 10.0
 # worker holds all logs of a group in memory.
 MOST_TOGETHER, MOST_WITH_LOGS = 1000, 64
 # For each local worker: make the package importable, whether installed or not; keep modules of the
-# current folder out, since their changes would go unnoticed; leave Ctrl-C to the driver.
-PRELOAD = f"""
+# current folder out, since their changes would go unnoticed; leave Ctrl-C to the driver. In ASCII:
+# Dask writes it into a file in the code page of Windows, and Python reads that as UTF-8.
+PRELOAD = """
 import os, runpy, signal, sys
 sys.path[:] = [path for path in sys.path if os.path.abspath(path) != os.getcwd()]
-runpy.run_path({standalone.__file__!r})["load_extension"]()
+runpy.run_path({!a})["load_extension"]()
 signal.signal(signal.SIGINT, signal.SIG_IGN)
 """
 # By default Dask's workers return each freed array to the system, which costs an eighth of the
@@ -84,7 +85,7 @@ def local_client(jobs: int) -> Iterator[distributed.Client]:
             memory_limit=0,
             dashboard_address=":0",
             local_directory=folder,
-            preload=[PRELOAD],
+            preload=[PRELOAD.format(standalone.__file__)],
             silence_logs="CRITICAL",
         ) as cluster,
         distributed.Client(cluster) as client,

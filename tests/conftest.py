@@ -16,6 +16,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import ModuleType
 
+import imitated_windows
 import pytest
 
 from angen_addon.process.standalone import load_extension
@@ -46,6 +47,14 @@ def pytest_configure(config: pytest.Config) -> None:
     extensions.mkdir(parents=True)
     link_folder(extensions / "angen_sensors", ROOT)
     os.environ["BLENDER_USER_RESOURCES"] = resources
+    if os.environ.get("ANGEN_WINDOWS"):
+        imitated_windows.imitate()
+
+
+def pytest_runtest_setup() -> None:
+    """Imitate Windows if that is asked for."""
+    if os.environ.get("ANGEN_WINDOWS"):
+        imitated_windows.without_locks()
 
 
 def _remove(resources: str, base: str) -> None:

@@ -42,6 +42,19 @@ def test_the_python_of_a_version_is_found() -> None:
     assert run("python", "2.5", PYTHON=sys.executable).returncode == 1
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="Python may not run by a link")
+def test_the_python_of_a_user_whose_name_has_an_umlaut_is_found(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Windows installs Python into the user's folder, and prints its path in Windows-1252."""
+    python = tmp_path / "Jörg" / "python"
+    python.parent.mkdir()
+    python.symlink_to(sys.executable)
+    monkeypatch.setenv("PYTHON", str(python))
+    monkeypatch.setenv("PYTHONIOENCODING", "cp1252")
+    assert dev.find_python(["{}.{}".format(*sys.version_info)]) == str(python)
+
+
 def test_an_environment_that_is_complete_is_left_alone_and_another_recipe_makes_it_anew(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import tomllib
 import zipfile
+import zlib
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +28,11 @@ PACKAGE_ALONE = (
     *(f"angen_addon/commands/{name}.py" for name in ("compare", "convert", "replay")),
     *("residents/blender/api.py", "residents/blender/learn.py"),
     *("residents/routine/learn.py", "residents/routine/text.py"),
+    *("sensor_logic/logs/comparison/", "sensor_logic/report/comparison.py"),
+    *(
+        f"sensor_logic/logs/formats/{name}.py"
+        for name in ("activities", "intervals", "label_map", "reading")
+    ),
 )
 
 
@@ -67,7 +73,7 @@ def test_the_zip_holds_what_runs_and_nothing_else(built: Path) -> None:
         path.relative_to(ROOT).as_posix()
         for folder in SHIPPED_FOLDERS
         for path in (ROOT / folder).rglob("*")
-        if path.is_file() and "__pycache__" not in path.parts
+        if path.is_file() and not {"__pycache__", ".DS_Store"} & set(path.parts)
     }
     names = zipfile.ZipFile(built).namelist()
     assert all(any(name.startswith(one) for name in runs) for one in PACKAGE_ALONE)
@@ -79,33 +85,135 @@ def test_the_zip_follows_the_rules_of_the_platform(built: Path) -> None:
     assert check_release.zip_problems(built) == []
 
 
-def test_each_rule_refuses_a_zip_that_breaks_it(tmp_path: Path) -> None:
-    """One change for each rule, in their order, of a zip with few of the files."""
-    few = ("blender_manifest.toml", "LICENSE", "README_USERS.md", "wheels/", "angen_addon/output/")
-    names = [name for name in build_zip.shipped(MANIFEST) if name.startswith(few)]
-    build_zip.pack(tmp_path / "few.zip", names)
-    assert check_release.zip_problems(tmp_path / "few.zip") == []
+def pack_with(few: Path, target: Path, name: str, text: str, reached: bool) -> None:
+    """Write a zip with one more file, and modules that import all files that are reached."""
+    with zipfile.ZipFile(few) as one, zipfile.ZipFile(target, "w") as other:
+        kept = set(one.namelist()) - {name}
+        for file in kept:
+            other.writestr(file, one.read(file))
+        other.writestr(name, text)
+        imported = sorted(kept | {name} if reached else kept)
+        modules = [file.removesuffix(".py").replace("/", ".") for file in imported]
+        other.writestr("__init__.py", "from . import parts\n")
+        other.writestr("parts.py", f"MODULES = {modules}\n")
+
+
+@pytest.fixture(scope="module")
+def few(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a zip of the manifest, its texts and one folder of modules."""
+    kept = ("blender_manifest.toml", "LICENSE", "README_USERS.md", "wheels/", "angen_addon/output/")
+    names = [name for name in build_zip.shipped(MANIFEST) if name.startswith(kept)]
+    path = tmp_path_factory.mktemp("few") / "few.zip"
+    build_zip.pack(path, names)
+    return path
+
+
+def manifest_with(pattern: str, text: str = "") -> str:
     manifest = (ROOT / "blender_manifest.toml").read_text(encoding="utf-8")
-    changes = [
-        ("blender_manifest.toml", re.sub(r"(?m)^website.*\n", "", manifest)),
-        ("blender_manifest.toml", re.sub(r"(?m)^network.*\n", "", manifest)),
-        ("sensor_logic/fetch.py", "import urllib.request\n"),
-        ("wheels/LICENSE-paho-mqtt.txt", ""),
-        ("angen_addon/__main__.py", ""),
-        ("angen_addon/more.py", "from angen_sensors import parts\n"),
-        ("sensor_logic/fast.so", ""),
-        ("README_USERS.md", "make zip; EEVEE --jobs\n"),
-        ("operators/more.py", "import subprocess\n"),
-    ]
-    assert len(changes) == len(check_release.RULES)
-    for (name, text), (rule, _) in zip(changes, check_release.RULES, strict=True):
-        bad = zipfile.ZipFile(tmp_path / "bad.zip", "w")
-        with zipfile.ZipFile(tmp_path / "few.zip") as one, bad as other:
-            for kept in set(one.namelist()) - {name}:
-                other.writestr(kept, one.read(kept))
-            other.writestr(name, text)
+    changed = re.sub(f"(?m)^{pattern}", text, manifest)
+    assert changed != manifest
+    return changed
+
+
+OFFLINE = "def f(context):\n    "
+# What breaks each rule, in their order: a file with its text, and what is told.
+BROKEN = (
+    (
+        ("blender_manifest.toml", lambda: manifest_with("website.*\n"), "has no website"),
+        (
+            "blender_manifest.toml",
+            lambda: manifest_with('"Physics"|tags = .*', 'tags = ["Import-Export", "Sensors"]'),
+            "the tags are ['Import-Export', 'Sensors']",
+        ),
+        (
+            "blender_manifest.toml",
+            lambda: manifest_with("license.*", 'license = ["SPDX:MIT"]'),
+            "the licence is not GPL",
+        ),
+        (
+            "blender_manifest.toml",
+            lambda: manifest_with("name = .*", 'name = "Sensors for Blender"'),
+            "the name contains 'Blender'",
+        ),
+    ),
+    (
+        ("blender_manifest.toml", lambda: manifest_with("network.*\n"), "'network': no reason"),
+        (
+            "blender_manifest.toml",
+            lambda: manifest_with("network.*", 'network = "Send readings"\ncamera = "See"'),
+            "'camera': not needed",
+        ),
+    ),
+    (
+        ("sensor_logic/fetch.py", "import urllib.request\n", "fetch.py imports urllib.request"),
+        ("sensor_logic/fetch.py", f"{OFFLINE}from http import client\n", "fetch.py imports http"),
+    ),
+    (
+        ("wheels/LICENSE-paho-mqtt.txt", "", "has no licence beside it"),
+        ("wheels/other-1-py3-none-any.whl", "", "is not both in the zip and in the manifest"),
+        (
+            "blender_manifest.toml",
+            lambda: manifest_with(r".*\(paho-mqtt\).*\n"),
+            "does not name the authors of paho-mqtt",
+        ),
+    ),
+    (
+        ("angen_addon/__main__.py", "", "__main__.py is for another way to run"),
+        ("operators/more.py", "import sys\nsys.modules['a'] = sys\n", "changes sys.modules"),
+        ("operators/more.py", "START = 'import sys; sys.path.insert(0, 1)'\n", "changes sys.path"),
+    ),
+    (("angen_addon/more.py", "from angen_sensors import parts\n", "more.py imports angen_"),),
+    (
+        ("sensor_logic/fast.so", "", "fast.so does not belong into a zip"),
+        ("sensor_logic/.hidden", "", ".hidden does not belong into a zip"),
+        ("notes.txt", "", "notes.txt does not belong into a zip"),
+        ("docs/index.py", "", "docs/index.py is for developers"),
+    ),
+    (("README_USERS.md", "make zip; EEVEE --jobs\n", "tells users 'make'"),),
+    (("operators/more.py", "import subprocess\n", "starts a process that README_USERS.md"),),
+    (("operators/more.py", "A = 1\n", "nothing imports operators/more.py"),),
+    (
+        ("operators/more.py", f"{OFFLINE}return eval('1')\n", "operators/more.py calls eval"),
+        ("operators/more.py", f"{OFFLINE}os.system('ls')\n", "more.py calls os.system"),
+        ("operators/more.py", f"{OFFLINE}run('ls', shell=True)\n", "more.py calls run"),
+    ),
+    (("operators/more.py", f"{OFFLINE}print(context)\n", "operators/more.py prints"),),
+    (
+        (
+            "operators/more.py",
+            f"{OFFLINE}context.window_manager.keyconfigs.user.keymaps.clear()\n",
+            "more.py takes keymaps",
+        ),
+    ),
+    (
+        ("operators/more.py", "class Door(bpy.types.Operator):\n    pass\n", "more.py: Door"),
+        ("operators/more.py", "class A:\n    bl_idname = 'door.open'\n", "more.py: door.open"),
+        ("operators/more.py", "bpy.types.Object.heat = FloatProperty()\n", "more.py: heat"),
+    ),
+)
+
+
+def test_a_zip_of_few_files_breaks_no_rule(few: Path, tmp_path: Path) -> None:
+    pack_with(few, tmp_path / "few.zip", "operators/more.py", "A = 1\n", reached=True)
+    assert check_release.zip_problems(tmp_path / "few.zip") == []
+
+
+@pytest.mark.parametrize("number", range(len(BROKEN)))
+def test_each_rule_refuses_a_zip_that_breaks_it(number: int, few: Path, tmp_path: Path) -> None:
+    assert len(BROKEN) == len(check_release.RULES)
+    rule, _ = check_release.RULES[number]
+    for name, text, told in BROKEN[number]:
+        made = text() if callable(text) else text
+        pack_with(few, tmp_path / "bad.zip", name, made, reached="can be imported" not in rule)
         (line,) = check_release.zip_problems(tmp_path / "bad.zip")
-        assert line.endswith(f"(rule: {rule})")
+        assert told in line and line.endswith(f"(rule: {rule})")
+
+
+def test_hidden_files_stay_out_of_the_zip_wherever_they_are() -> None:
+    patterns = MANIFEST["build"]["paths_exclude_pattern"]
+    for name in (".DS_Store", "panels/.DS_Store", ".idea/", "residents/body/.idea/"):
+        assert build_zip._is_excluded(name, patterns), name
+    assert not build_zip._is_excluded("panels/table.py", patterns)
 
 
 def test_both_ways_give_the_same_files_and_blender_takes_what_is_packed_without_it(
@@ -150,6 +258,9 @@ def test_each_system_gives_the_same_zip_to_the_byte(
         self.create_system = 0
 
     monkeypatch.setattr(zipfile.ZipInfo, "__init__", made_on_windows)
+    # Windows's Python 3.14 has another zlib, which packs otherwise.
+    packer = zlib.compressobj
+    monkeypatch.setattr(zlib, "compressobj", lambda _level, *more: packer(1, *more))
     build_zip.pack(tmp_path / "there.zip", names, copy)
     assert (tmp_path / "here.zip").read_bytes() == (tmp_path / "there.zip").read_bytes()
 

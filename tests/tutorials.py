@@ -48,7 +48,7 @@ def run_page(page: Path, folder: Path, bpy_python: str, python: str) -> None:
     names = folder / "commands"
     names.mkdir()
     for name, line in COMMANDS.items():
-        (names / name).write_text(f"#!/bin/sh\n{line}\n")
+        (names / name).write_text(f"#!/bin/sh\n{line}\n", newline="\n")
         (names / name).chmod(0o755)
     link_folder(names / "angen_sensors", ROOT)
     for part in ("docs", "sample_blends", "scripts"):

@@ -26,12 +26,12 @@ GROUP_PAGES = {
     "angen_day": "residents",
     "angen_heat": "pir",
     "angen_load": "pressure",
-    "angen_mqtt": "home_assistant",
     "angen_place": "residents",
     "angen_radar": "presence_radar",
     "angen_resident": "residents",
     "angen_site": "residents",
     "angen_study": "studies",
+    "angen_topic": "home_assistant",
     "angen_use": "appliance",
     "angen_warmth": "pir",
 }
@@ -79,6 +79,7 @@ def manual_map() -> tuple[str, list[tuple[str, str]]]:
     address, as `bpy.utils.register_manual_map` takes them.
     """
     rows = [(f"bpy.ops.angen.{name}", page) for name, page in OPERATOR_PAGES]
+    rows += [("bpy.types.angenpreferences.*", "home_assistant")]
     rows += [(f"bpy.types.{name.lower()}", page) for name, page in _properties()]
     return site(), [(pattern, f"{page}.html") for pattern, page in rows]
 

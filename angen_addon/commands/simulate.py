@@ -11,7 +11,7 @@ from typing import Any
 import bpy
 
 from ...sensor_logic.logs.error import InputError
-from ...sensor_logic.logs.files import file_names
+from ...sensor_logic.logs.files import file_names, is_same_file
 from ...sensor_logic.logs.formats import FORMATS
 from ...sensor_logic.logs.log import for_spreadsheets, parse_start, rows_csv
 from ...sensor_logic.recording.events import samples_csv
@@ -106,7 +106,7 @@ def _exports(
     exports.check_dates(options.start, seconds_to_run(options))
     files |= {**exports.files, "--truth": faults.truth}
     for flag, file in files.items():
-        if file and faults.file and file.resolve() == faults.file.resolve():
+        if file and faults.file and is_same_file(file, faults.file):
             raise InputError(f"{flag}: {file} is the faults file: give another name")
     check_outputs(files, options.samples, file_names(s.name for s in simulated(selected)).values())
     if options.report:

@@ -90,7 +90,6 @@ def apply_layout(path: Path, remove: bool = False) -> Applied:
     kept = Layout(layout.sensors, marks=layout.marks) if remove else layout
     planner = Planner(kept, view_layer, evaluated_depsgraph())
     plans = planner.changes()
-    marks = mark_changes(layout.marks or [], view_layer, planner.described["Object"])
     others = unlisted(layout.marks, view_layer) if remove and layout.marks is not None else []
     left_out = planner.to_delete() if remove else []
     unchanged = [plan.entry.name for plan in plans if not plan.changes]
@@ -102,6 +101,8 @@ def apply_layout(path: Path, remove: bool = False) -> Applied:
         rollback.callback(view_layer.update)
         _make_changes(plans, rollback)
         _check_done(doing)
+        # Sensors and empties of the layout can be marked too.
+        marks = mark_changes(layout.marks or [], view_layer)
         for mark in marks:
             mark.make(rollback)
         rollback.pop_all()

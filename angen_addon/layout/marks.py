@@ -112,18 +112,16 @@ def unlisted(listed: Sequence[LayoutEntry], view_layer: Any) -> list[Any]:
     ]
 
 
-def mark_changes(
-    entries: Sequence[LayoutEntry], view_layer: Any, made: Mapping[str, str]
-) -> list[MarkChange]:
+def mark_changes(entries: Sequence[LayoutEntry], view_layer: Any) -> list[MarkChange]:
     """Return the changes of the marks in a layout, without marks that stay as they are.
 
-    `made` has the names of objects that the layout makes. Raise `InputError` if an entry is wrong.
+    Raise `InputError` if an entry is wrong.
     """
-    changes = [_change(entry, view_layer, made) for entry in entries]
+    changes = [_change(entry, view_layer) for entry in entries]
     return [change for change in changes if change.values]
 
 
-def _change(entry: LayoutEntry, view_layer: Any, made: Mapping[str, str]) -> MarkChange:
+def _change(entry: LayoutEntry, view_layer: Any) -> MarkChange:
     obj = view_layer.objects.get(entry.name)
     if obj is None:
         raise entry.error(f"no object has this name: {hint(entry.name, view_layer.objects.keys())}")
@@ -134,7 +132,7 @@ def _change(entry: LayoutEntry, view_layer: Any, made: Mapping[str, str]) -> Mar
     for name, value in given.items():
         if name not in properties:
             raise entry.error(f"'{name}' is unknown: {hint(name, properties)}", name)
-        if problem := _problem(value, properties[name], made):
+        if problem := _problem(value, properties[name]):
             raise entry.error(f"{name} {problem}", name)
     if given.get("use", obj.angen_place.use) == NO_USE and given.keys() - {"use"}:
         raise entry.error('it is not marked: give a use, such as "use": "DOOR"')
@@ -151,14 +149,12 @@ def _is_same(value: Any, now: Any, prop: Any) -> bool:
     return bool(decimal(value) == decimal(now) if prop.type == "FLOAT" else value == now)
 
 
-def _problem(value: Any, prop: Any, made: Mapping[str, str]) -> str:
+def _problem(value: Any, prop: Any) -> str:
     """Return why a value is not valid for a property; "" if it is valid."""
     if prop.type == "POINTER":
-        is_name = isinstance(value, str) and (value in made or value in bpy.data.objects)
-        if value is None or is_name:
+        if value is None or (isinstance(value, str) and value in bpy.data.objects):
             return ""
-        known = [*bpy.data.objects.keys(), *made]
-        return f"names no object: {hint(str(value), known)}"
+        return f"names no object: {hint(str(value), bpy.data.objects.keys())}"
     number = isinstance(value, (int, float)) and not isinstance(value, bool)
     sound = {"BOOLEAN": isinstance(value, bool), "FLOAT": number}
     if not sound.get(prop.type, isinstance(value, str)):

@@ -9,21 +9,31 @@ from pathlib import Path
 from types import ModuleType
 
 PACKAGE = "angen_sensors"
+ROOT = Path(__file__).resolve().parents[2]
+# Runs the command line of this very package in another Python.
+_START = (
+    "import runpy, sys; sys.path.insert(0, sys.argv.pop(1)); "
+    "runpy.run_module('angen_addon', run_name='__main__', alter_sys=True)"
+)
 
 
 def load_extension() -> ModuleType:
     """Import and return the extension's root package `angen_sensors`, without registering it."""
     if PACKAGE in sys.modules:
         return sys.modules[PACKAGE]
-    root = Path(__file__).resolve().parents[2]
     spec = importlib.util.spec_from_file_location(
-        PACKAGE, root / "__init__.py", submodule_search_locations=[str(root)]
+        PACKAGE, ROOT / "__init__.py", submodule_search_locations=[str(ROOT)]
     )
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     sys.modules[PACKAGE] = module
     spec.loader.exec_module(module)
     return module
+
+
+def python_command() -> list[str]:
+    """Return the command line of `angen`, up to its verb, in another Python."""
+    return [sys.executable, "-c", _START, str(ROOT)]
 
 
 def unreadable(file: Path) -> str:

@@ -91,6 +91,11 @@ def _windows() -> list[bpy.types.Window]:
     return list(bpy.context.window_manager.windows)
 
 
+def _forget_timer(function: Any) -> None:
+    if bpy.app.timers.is_registered(function):
+        bpy.app.timers.unregister(function)
+
+
 def cancel_sensing() -> None:
     """Stop the timer that `schedule_sensing` starts."""
     if bpy.app.timers.is_registered(_sense_at_rest):
@@ -228,6 +233,11 @@ def before_load(*_: Any) -> None:
 @persistent
 def after_load(*_: Any) -> None:
     """Convert settings of earlier versions in the loaded file, and restore its recordings."""
+    _forget_timer(_read_open_file)
+    _read_open_file()
+
+
+def _read_open_file() -> None:
     remove_leftover_scenes()
     replaced = replace_former_choices()
     recording_store.restore()
@@ -353,12 +363,29 @@ def restore_handlers() -> None:
             registered.append(handler)
 
 
+def _is_without_window() -> bool:
+    """Return whether this is a process of a command or script, which ends with its run.
+
+    Blender unregisters extensions at its end, too. Recordings of days take seconds to encode.
+    """
+    return bool(bpy.app.background)
+
+
 def register() -> None:
     restore_handlers()
+    # Blender hides the open file while it enables an extension.
+    bpy.app.timers.register(_read_open_file)
 
 
 def unregister() -> None:
-    """Remove the handlers, and forget what is kept in memory of the open file."""
+    """Remove the handlers, and forget what is kept in memory of the open file.
+
+    The file has the recordings then, for the case that it is saved without the extension, or that
+    another version of the extension follows.
+    """
+    _forget_timer(_read_open_file)
+    if not _is_without_window():
+        recording_store.put_into_file()
     for name, handler in HANDLERS:
         registered = getattr(bpy.app.handlers, name)
         if handler in registered:

@@ -13,7 +13,8 @@ import sys
 from collections.abc import Callable, Iterator
 from functools import cache, lru_cache, partial, wraps
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, get_type_hints
+from weakref import WeakSet
 
 import bpy
 from bpy.types import Menu, Operator, Panel, PropertyGroup
@@ -76,9 +77,9 @@ def _templates(code: str) -> list[_Template]:
         pattern = "".join(
             re.escape(part) + (QUOTED if part.endswith("'") else ANY) for part in parts[:-1]
         )
-        pattern = re.compile(pattern + re.escape(parts[-1]), re.DOTALL)
+        whole = re.compile(pattern + re.escape(parts[-1]), re.DOTALL)
         names = HOLE.findall(entry.text)
-        made.append(_Template(max(parts, key=len), pattern, names, entry.translation))
+        made.append(_Template(max(parts, key=len), whole, names, entry.translation))
     return made
 
 
@@ -196,8 +197,8 @@ def in_context(prop: Any) -> Any:
 
 def prepare_classes() -> None:
     """Give the extension's classes, before their registration, its context and translated texts."""
-    for base in (Panel, Menu, Operator, PropertyGroup):
-        for cls in _below(base):
+    for cls in _classes():
+        if cls not in _FORMER:
             _prepare(cls)
 
 
@@ -206,7 +207,7 @@ def _prepare(cls: Any) -> None:
     for name, prop in own.items():
         if isinstance(prop, str) and "Property(" in prop:
             # A postponed annotation, which Blender evaluates in the same way.
-            own[name] = prop = eval(prop, vars(sys.modules[cls.__module__]))
+            own[name] = prop = get_type_hints(cls)[name]
         if hasattr(prop, "keywords"):
             in_context(prop)
     if issubclass(cls, PropertyGroup) or "bl_translation_context" in vars(cls):
@@ -215,6 +216,12 @@ def _prepare(cls: Any) -> None:
     for name in DRAWING:
         if hasattr(cls, name):
             setattr(cls, name, translating(getattr(cls, name)))
+
+
+def _classes() -> Iterator[Any]:
+    """Yield the extension's classes that Blender can register, each before its subclasses."""
+    for base in (Panel, Menu, Operator, PropertyGroup):
+        yield from _below(base)
 
 
 def _below(base: Any) -> Iterator[Any]:
@@ -230,6 +237,10 @@ def _texts_of_properties() -> Iterator[str]:
         for prop in vars(cls).get("__annotations__", {}).values():
             if hasattr(prop, "keywords"):
                 yield from (prop.keywords.get(key, "") for key in ("name", "description"))
+
+
+# Classes of another version that this one replaces in a running Blender: their modules are gone.
+_FORMER = WeakSet(cls for cls in _classes() if cls.__module__ not in sys.modules)
 
 
 def register() -> None:

@@ -13,6 +13,7 @@ import bpy
 from ...angen_addon.recording.fingerprint import Fingerprint, digest, key_of
 from ...angen_addon.recording.followed_map import FollowedResult
 from ...angen_addon.recording.results import FOLLOWED, RESULTS
+from ...angen_addon.relative_path import absolute
 from ...angen_addon.scene.facts import part_facts
 from ...sensor_logic.logs.error import InputError
 from ...sensor_logic.logs.files import read_text
@@ -104,7 +105,7 @@ def _routine(day: Any) -> str:
     """Return a digest of the routine's text; empty if it cannot be read."""
     if day.text is not None:
         return _digest_of_text(day.text.as_string())
-    path = Path(bpy.path.abspath(day.routine))
+    path = absolute(day.routine)
     try:
         found = path.stat()
         return _digest_of_file(path, found.st_mtime_ns, found.st_size)

@@ -119,7 +119,7 @@ def _joined(routines: Iterable[Routine]) -> Routine:
         found = Routine(
             {**found.persons, **one.persons},
             {**found.activities, **one.activities},
-            (),
+            found.plans + one.plans,
             found.fillers + one.fillers,
             found.interruptions + one.interruptions,
             (),
@@ -225,7 +225,7 @@ def make_parser(program: str) -> Parser:
         type=path,
         metavar="ACTIVITIES",
         help="table with the columns start, end and activity; lines of start, end and activity; "
-        "CASAS text with begin and end; a folder of days, or of pyadlml",
+        "CASAS text with begin and end; a folder of days, of diaries, or of pyadlml",
     )
     parser.add_argument("--out", type=path, metavar="ROUTINE.toml", help="file for the routine")
     parser.add_argument(

@@ -17,7 +17,6 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from pathlib import Path
 
 import bpy
 
@@ -28,11 +27,6 @@ from .folder import Folder
 POLL_S, PATIENCE_S = 0.2, 2.0
 # The option of the command that makes its process a worker.
 WORKER = "--worker"
-# Runs the command line of this very package in another Python.
-_START = (
-    "import runpy, sys; sys.path.insert(0, sys.argv.pop(1)); "
-    "runpy.run_module('angen_addon', run_name='__main__', alter_sys=True)"
-)
 
 
 def worker_command() -> list[str]:
@@ -40,8 +34,10 @@ def worker_command() -> list[str]:
     if bpy.app.binary_path:
         # With several processes, threads within each cost more than they gain.
         return [bpy.app.binary_path, "--threads", "1", *sys.argv[1:], "--quiet", WORKER]
-    root = Path(__file__).resolve().parents[2]
-    return [sys.executable, "-c", _START, str(root), *sys.argv[1:], "--quiet", WORKER]
+    # Only the Python package has this module.
+    from ...angen_addon.process.standalone import python_command
+
+    return [*python_command(), *sys.argv[1:], "--quiet", WORKER]
 
 
 def days_of_worker() -> Iterator[int]:

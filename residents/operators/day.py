@@ -8,13 +8,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from datetime import date, timedelta
-from pathlib import Path
 from typing import Any
 
 import bpy
 from bpy.props import IntProperty, StringProperty
 from bpy.types import Context, Operator
 
+from ...angen_addon.relative_path import absolute
 from ...angen_addon.runtime import handlers
 from ...angen_addon.scene.memory import forgets_at_load
 from ...angen_addon.scene.sensors import all_sensors, simulated
@@ -83,7 +83,7 @@ def settings_of(scene: Any) -> tuple[Plan, date, int]:
         return Plan.from_text(settings.text.as_string(), settings.text.name), start, settings.seed
     if not settings.routine:
         raise InputError("no routine: choose a routine file, or a text in this file")
-    path = Path(bpy.path.abspath(settings.routine))
+    path = absolute(settings.routine)
     return Plan.from_text(read_text(path), path.name), start, settings.seed
 
 

@@ -12,6 +12,7 @@ from typing import Any
 import bpy
 from bpy.types import Context, Operator
 
+from ...angen_addon.relative_path import absolute
 from ...angen_addon.scene.sensors import all_sensors, simulated
 from ...angen_addon.translations.interface import translated
 from ...operators.long_work import LongWork
@@ -73,7 +74,7 @@ class ANGEN_OT_day_run(LongWork, Operator):
         scene = context.scene
         settings = scene.angen_day
         plan, start, seed = settings_of(scene)
-        path = Path(bpy.path.abspath(settings.out))
+        path = absolute(settings.out)
         formats = [name for name in BITS if name in settings.formats]
         check_dates(start, settings.days, formats)
         check_folder(path if path.exists() else path.resolve().parent, "Folder")

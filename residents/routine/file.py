@@ -119,6 +119,8 @@ def _overlap_text(person: str, entry: FixedPoint, other: FixedPoint, at: float) 
 SCHEMA = 1
 # Default spread of log-normal durations: about a third of the median.
 VARIES = 0.3
+# Steps that an activity has at most, with all repetitions: hours of them.
+MOST_STEPS = 1000
 # How often alternatives are drawn; the first is the default.
 _DRAWN = ("daily", "each time")
 _DAYS: dict[str, Sequence[int]] = {day: [number] for number, day in enumerate(WEEKDAYS)}
@@ -173,10 +175,25 @@ def _activity(name: str, table: TomlTable) -> RoutineActivity:
     do, where, _ = _steps(table, "do")
     if not do:
         raise table.error("an activity must have at least one step", "do")
+    if (steps := _most_steps(do)) > MOST_STEPS:
+        raise table.error(
+            f"{name!r} has up to {steps:,} steps, and {MOST_STEPS:,} are the most: give groups "
+            "within each other smaller 'times'",
+            "do",
+        )
     table.finish()
     return RoutineActivity(
         name, do, tuple(meanwhile), labels, where, usual_rest="while" not in table.values
     )
+
+
+def _most_steps(do: tuple[str | StepGroup, ...], among: bool = False) -> int:
+    """Return how many of the steps are done at most; if `among` is True, one of them is."""
+    counts = [
+        one.times[1] * _most_steps(one.do, bool(one.weights)) if isinstance(one, StepGroup) else 1
+        for one in do
+    ]
+    return max(counts, default=0) if among else sum(counts)
 
 
 def _steps(
@@ -281,7 +298,7 @@ def _entry(row: TomlTable, activities: set[str]) -> FixedPoint:
     found = FixedPoint(
         row.one_of("activity", activities),
         at,
-        row.take("spread", seconds, 0.0),
+        row.take("spread", _spreads, (0.0, 0.0)),
         lasts,
         until,
         row.take("varies", _spread, (VARIES, VARIES)),
@@ -401,6 +418,15 @@ def _positive(value: Any) -> float:
     if not 0 < found <= 30 * DAY:
         raise ValueError(f"{value!r} must be above 0 and at most 30 days")
     return found
+
+
+def _spreads(value: Any) -> tuple[float, float]:
+    """Read the spread of a start and an end: a duration for both, or one for each."""
+    if not isinstance(value, list):
+        return seconds(value), seconds(value)
+    if len(value) != 2:
+        raise ValueError('give one duration, or two for start and end, such as ["5 min", "20 min"]')
+    return seconds(value[0]), seconds(value[1])
 
 
 def _spread(value: Any) -> Spread:

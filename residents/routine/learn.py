@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Learn the habits of a person from a log of activities, as fillers of a routine.
+"""Learn the habits of a person from a log of activities, as plans and fillers of a routine.
 
-Habits are a semi-Markov process that depends on the time of day: what follows what, for each hour
-and kind of day, and how long it lasts. What is done about equally often each day is made up for
-when it has been done less often than usual. The night's rest ends at a time of day, and other
-activities interrupt it.
+What begins at about the same time on most days is an entry of a plan. The rest is a semi-Markov
+process that depends on the time of day: what follows what, for each hour and kind of day, and how
+long it lasts. What is done about equally often each day is made up for when it has been done less
+often than usual. The night's rest ends at a time of day, and other activities interrupt it.
 
 Days are counted from `NEW_DAY`, 04:00, so that a late evening belongs to its day.
 """
@@ -22,18 +22,23 @@ import numpy.typing as npt
 
 from ...sensor_logic.logs.error import InputError
 from ...sensor_logic.logs.formats.activities import DoneActivity, gaps, without_overlaps
+from .file import check
 from .routine import (
     DAY,
     NEW_DAY,
     Calendar,
     Filler,
+    FixedPoint,
+    FixedPoints,
     Interruption,
     Pastime,
     Person,
     Routine,
     RoutineActivity,
     Segment,
+    seconds,
 )
+from .text import duration
 from .timetable import OTHER, SHORTEST, timetable
 
 HOUR = 3600.0
@@ -45,6 +50,16 @@ LEAST_DAYS = 4
 EVENING = 18 * HOUR
 # A day counts as observed if activities cover this share of it. Assumed.
 LEAST_COVERED = 0.2
+
+# An activity is an entry of a plan if it begins so near to a time of day (s) on this share of the
+# days, and if this share of all its starts is so near. Assumed.
+PUNCTUAL, MOST_DAYS, MOST_STARTS = 30 * 60.0, 0.75, 1 / 3
+# It follows another activity rather than the clock if its spread after that one is smaller by this
+# factor. Assumed.
+CHAINED = 0.5
+
+# The greatest chance of entries that overlap.
+ALMOST = 0.99
 
 # The constants of the method were chosen with the homes B of Ordonez and A and C of Kasteren.
 # Hours of the day in which fewer activities began than this are learnt together with the next.
@@ -263,6 +278,8 @@ class _Habits:
         Start, s since the day's midnight, and duration, s.
     activity, before : array, shape (n,)
         The activity, and the one before it.
+    free, cut : array, shape (n,)
+        Whether no entry of a plan stands for the case, and whether one ends it.
     times : mapping
         How many times each activity began on each of the days.
     """
@@ -271,21 +288,26 @@ class _Habits:
     lasts: Values
     activity: npt.NDArray[np.str_]
     before: npt.NDArray[np.str_]
+    free: npt.NDArray[np.bool_]
+    cut: npt.NDArray[np.bool_]
     times: Mapping[str, Values]
 
     @classmethod
-    def of(cls, days: Days) -> _Habits:
-        """Return the habits that `days` show.
+    def of(cls, days: Days, planned: Collection[tuple[date, Begun]] = ()) -> _Habits:
+        """Return the habits that `days` show; entries of a plan stand for the cases `planned`.
 
         An activity whose previous activity is unknown counts only for the number of times a day.
         """
-        rows = [one for begun in days.values() for one in begun if one.before]
+        dated = [(day, one) for day, begun in days.items() for one in begun if one.before]
+        rows = [one for _, one in dated]
         names = sorted({one.activity for begun in days.values() for one in begun})
         return cls(
             np.array([one.begins for one in rows]),
             np.array([one.lasts for one in rows]),
             np.array([one.activity for one in rows]),
             np.array([one.before for one in rows]),
+            np.array([case not in planned for case in dated], bool),
+            np.array([case in planned for case in (*dated[1:], None)], bool),
             {
                 name: np.array([sum(b.activity == name for b in begun) for begun in days.values()])
                 for name in names
@@ -332,7 +354,7 @@ class _Habits:
         begins = NEW_DAY
         for hour in range(24):
             ends = NEW_DAY + (hour + 1) * HOUR
-            count = np.sum((self.begins >= begins) & (self.begins < ends))
+            count = np.sum(self.free & (self.begins >= begins) & (self.begins < ends))
             # A span never goes over a time at which another kind or day of the week begins.
             if count >= LEAST_BEGUN or ends in (EVENING, DAY, DAY + NEW_DAY):
                 found.append((begins, ends))
@@ -362,9 +384,27 @@ def _duration(lasts: Values, weights: Values) -> tuple[float, tuple[float, float
     return math.exp(middle), ((middle - low) / Q90, min((high - middle) / Q90, most))
 
 
+def _uncut(lasts: Values, weights: Values, cut: npt.NDArray[np.bool_]) -> Values:
+    """Return the weights of durations, with those of activities that were cut given to longer ones.
+
+    References
+    ----------
+    Efron, The two sample problem with censored data, Proc. Fifth Berkeley Symposium 4, 1967:
+    redistribution to the right, which is the estimator of Kaplan and Meier.
+    """
+    found = weights.copy()
+    order = np.argsort(lasts, kind="stable")
+    for place, index in enumerate(order[:-1]):
+        if cut[index]:
+            longer = order[place + 1 :]
+            found[longer] *= 1.0 + found[index] / found[longer].sum()
+            found[index] = 0.0
+    return found
+
+
 def _choices(habits: _Habits, begins: float, ends: float, rest: str) -> list[Pastime]:
     """Return what is done between two times of day, with what it follows."""
-    near = habits.weights(begins, ends)
+    near = habits.weights(begins, ends) * habits.free
     total = near.sum()
     if total <= 0.0:
         return []
@@ -385,11 +425,13 @@ def _choices(habits: _Habits, begins: float, ends: float, rest: str) -> list[Pas
     for name in sorted(share, key=lambda name: -share[name]):
         if share[name] < RAREST:
             continue
-        mine = habits.activity == name
+        mine = habits.free & (habits.activity == name)
         # A night's rest says nothing about how long a nap lasts.
         naps = mine & (habits.lasts < NIGHT) if name == rest else mine
         like = naps if naps.any() else mine
-        weights = near[like] + PRIOR_DURATIONS / like.sum()
+        weights = _uncut(
+            habits.lasts[like], near[like] + PRIOR_DURATIONS / like.sum(), habits.cut[like]
+        )
         lasts, varies = _duration(habits.lasts[like], weights)
         after = {before: of[name] for before, of in follows.items() if before != name}
         choice = Pastime(name, share[name], lasts, varies, after={name: 0.0, **after})
@@ -413,6 +455,126 @@ def _until(choice: Pastime, habits: _Habits, mine: npt.NDArray[np.bool_], near: 
     ends = (habits.begins[nights] + habits.lasts[nights] - DAY / 2) % DAY + DAY / 2
     low, middle, high = _quantiles(ends, weights + 1e-9, (0.16, 0.5, 0.84))
     return replace(choice, lasts=None, until=middle % DAY, spread=(high - low) / 2)
+
+
+# Plans.
+
+
+@dataclass(frozen=True)
+class _Regular:
+    """An activity that begins at about the same time on most days.
+
+    Attributes
+    ----------
+    entry : FixedPoint
+        The entry of a plan, with `at` from `NEW_DAY` to a day later.
+    cases : mapping
+        The case on each day.
+    """
+
+    entry: FixedPoint
+    cases: Mapping[date, Begun]
+
+
+def _regulars(days: Days, rest: str) -> list[_Regular]:
+    """Return the activities that begin at about the same time on most of the days, in order.
+
+    Activities are left out that are more regular after the night's rest, or after an activity
+    before them that is returned, than by the time of day.
+    """
+    names = {one.activity for begun in days.values() for one in begun} - {OTHER}
+    found = [one for name in sorted(names) if (one := _regular(days, name)) is not None]
+    found.sort(key=lambda one: one.entry.at)
+    woken = {day: one for day, begun in days.items() for one in begun[::-1] if one.before == rest}
+    ends = [{day: one.begins for day, one in woken.items()}]
+    kept: list[_Regular] = []
+    for one in found:
+        last = kept[-1].entry if kept else None
+        if last is not None and one.entry.at < (last.until or last.at + (last.lasts or 0.0)):
+            continue
+        if not any(_follows(one, before) for before in ends):
+            kept.append(one)
+            ends.append({day: case.ends for day, case in one.cases.items()})
+    return kept
+
+
+def _regular(days: Days, name: str) -> _Regular | None:
+    """Return an activity as a regular one if it begins near one time of day on most of the days."""
+    of = {day: [one for one in begun if one.activity == name] for day, begun in days.items()}
+    starts = np.sort([one.begins for begun in of.values() for one in begun])
+    best = max((_nearest(of, at, PUNCTUAL) for at in np.unique(starts)), key=len, default={})
+    if len(best) < max(MOST_DAYS * len(days), LEAST_DAYS) or len(best) < MOST_STARTS * len(starts):
+        return None
+    # With the days on which it began a little earlier or later.
+    best = _nearest(of, _middle(np.array([one.begins for one in best.values()]))[0], 2 * PUNCTUAL)
+    begins, lasts, ends = (
+        np.array([getattr(one, key) for one in best.values()])
+        for key in ("begins", "lasts", "ends")
+    )
+    (middle, spread), (until, spread_of_end) = _middle(begins), _middle(ends)
+    median, varies = _duration(lasts, np.ones(len(lasts)))
+    # As the text of a routine has them.
+    middle, until = 60.0 * round(middle / 60), 60.0 * round(until / 60)
+    median = seconds(duration(max(median, 1.0)))
+    is_by_clock = spread_of_end < _middle(lasts)[1] and middle < until < middle + DAY
+    entry = FixedPoint(
+        name, middle, (spread, spread_of_end if is_by_clock else spread),
+        None if is_by_clock else median, until if is_by_clock else None,
+        varies, len(best) / len(days), "",
+    )  # fmt: skip
+    return _Regular(entry, best)
+
+
+def _nearest(of: Days, at: float, most: float) -> dict[date, Begun]:
+    """Return the case of each day that begins nearest to a time of day, at most so far from it."""
+    near = {day: min(b, key=lambda one: abs(one.begins - at)) for day, b in of.items() if b}
+    return {day: one for day, one in near.items() if abs(one.begins - at) <= most}
+
+
+def _middle(values: Values) -> tuple[float, float]:
+    """Return the median of values, and their spread: half the distance of 16 and 84 %."""
+    low, middle, high = _quantiles(values, np.ones(len(values)), (0.16, 0.5, 0.84))
+    return middle, (high - low) / 2
+
+
+def _follows(one: _Regular, before: Mapping[date, float]) -> bool:
+    """Return whether an activity is more regular after some times than by the time of day."""
+    after = [case.begins - before[day] for day, case in one.cases.items() if day in before]
+    known = [gap for gap in after if gap >= 0.0]
+    if 2 * len(known) <= len(one.cases):
+        return False
+    return _middle(np.array(known))[1] < CHAINED * one.entry.spread[0]
+
+
+def _dated(
+    entry: FixedPoint, kind: frozenset[int], days: frozenset[int]
+) -> tuple[Calendar, FixedPoint]:
+    """Return an entry with its calendar, which after midnight has the next day."""
+    if entry.at < DAY:
+        return Calendar(days), entry
+    until = entry.until - DAY if entry.until is not None else None
+    return Calendar(kind), replace(entry, at=entry.at - DAY, until=until)
+
+
+def _plans(
+    person: Person, entries: Mapping[Calendar, Sequence[FixedPoint]]
+) -> tuple[FixedPoints, ...]:
+    """Return the plans with these entries.
+
+    Entries that overlap by a little, as their medians can, get a chance below 1: the later one
+    begins late then.
+    """
+    found = tuple(FixedPoints(person.name, on, tuple(of)) for on, of in entries.items())
+    try:
+        check(Routine({person.name: person}, {}, found, (), (), ()))
+    except InputError:
+        found = tuple(
+            replace(
+                plan, entries=tuple(replace(e, chance=min(e.chance, ALMOST)) for e in plan.entries)
+            )
+            for plan in found
+        )
+    return found
 
 
 # Routines of one person.
@@ -445,15 +607,18 @@ def learn(log: LivedDays, person: Person) -> Routine:
     Its activities have no steps of their own: `wait` stands in for them. Raise `InputError` if no
     activity begins in any of the days.
     """
-    spans = [span for of in _kinds_of_day(log.outer) for span in _spans(log, person, of)]
+    entries: dict[Calendar, list[FixedPoint]] = defaultdict(list)
+    spans = [span for of in _kinds_of_day(log.outer) for span in _spans(log, person, of, entries)]
+    plans = _plans(person, entries)
     interruptions = tuple(_interruptions(log, person))
     names = {choice.activity for span in spans for choice in span.filler.choices}
     names |= {rule.activity for rule in interruptions}
+    names |= {entry.activity for plan in plans for entry in plan.entries}
     activities = {name: RoutineActivity(name, ("wait 5 s",)) for name in sorted(names)}
     if not activities:
         raise InputError("one activity goes on all the time, so there are no habits to learn")
     person = replace(person, begins=log.rest or min(activities))
-    routine = Routine({person.name: person}, activities, (), (), interruptions, ())
+    routine = Routine({person.name: person}, activities, plans, (), interruptions, ())
     for number in range(ROUNDS):
         routine = replace(routine, fillers=tuple(span.filler for span in spans))
         drawn = draw(routine, person.name, DRAWN_DAYS, number)
@@ -480,11 +645,22 @@ def _on(days: Days, weekdays: Collection[int]) -> Days:
     return {day: begun for day, begun in days.items() if day.weekday() in weekdays}
 
 
-def _spans(log: LivedDays, person: Person, kind: frozenset[int]) -> Iterator[_Span]:
-    """Yield the fillers for a kind of day and the evening before, in order of time."""
+def _spans(
+    log: LivedDays, person: Person, kind: frozenset[int], entries: dict[Calendar, list[FixedPoint]]
+) -> Iterator[_Span]:
+    """Yield the fillers for a kind of day and the evening before, in order of time.
+
+    Add what is done regularly then to the entries of plans.
+    """
     before = frozenset((day - 1) % 7 for day in kind)
     for days, is_evening in ((before, True), (kind, False)):
-        habits = _Habits.of(_on(log.outer, days))
+        lived = _on(log.outer, days)
+        regulars = _regulars(lived, log.rest)
+        for one in regulars:
+            if (one.entry.at >= EVENING) == is_evening:
+                calendar, entry = _dated(one.entry, kind, days)
+                entries[calendar].append(entry)
+        habits = _Habits.of(lived, {case for one in regulars for case in one.cases.items()})
         for begins, ends in habits.spans():
             if (begins >= EVENING) != is_evening:
                 continue

@@ -182,13 +182,14 @@ class FixedPoint:
     ----------
     activity : str
         The activity's name.
-    at, spread : float
-        Mean and standard deviation of the normally distributed start, s.
+    at : float
+        The mean of the normally distributed start, s.
+    spread : tuple of float
+        The standard deviations of the start and of the end that `until` gives, s.
     lasts : float or None
         The median of the log-normally distributed duration, s. None if `until` is given.
     until : float or None
-        The mean end, s since midnight; more than 24 h is on the next day. Its standard deviation
-        is `spread` too.
+        The mean end, s since midnight; more than 24 h is on the next day.
     varies : Spread
         The spread of the duration.
     chance : float
@@ -204,7 +205,7 @@ class FixedPoint:
 
     activity: str
     at: float
-    spread: float
+    spread: tuple[float, float]
     lasts: float | None
     until: float | None
     varies: Spread

@@ -13,7 +13,10 @@ from .routine import (
     DAY,
     SHARES,
     WEEKDAYS,
+    Calendar,
     Filler,
+    FixedPoint,
+    FixedPoints,
     Interruption,
     Pastime,
     Person,
@@ -33,12 +36,12 @@ _LIKE = 0.5
 
 
 def routine_text(routine: Routine, about: Sequence[str], said: Mapping[str, str]) -> str:
-    """Return a routine of persons, activities, fillers and interruptions as TOML.
+    """Return a routine of persons, activities, plans, fillers and interruptions as TOML.
 
     Parameters
     ----------
     routine : Routine
-        The routine; it has no plans and no absences.
+        The routine. It has no absences, and its plans no alternatives and no dates.
     about : sequence of str
         The first lines, which become comments.
     said : mapping
@@ -54,6 +57,8 @@ def routine_text(routine: Routine, about: Sequence[str], said: Mapping[str, str]
         if activity.name in said:
             lines += ["", *(f"# {line}" for line in said[activity.name].split("\n"))]
         lines += [*([] if activity.name in said else [""]), *_activity(activity)]
+    for plan in routine.plans:
+        lines += ["", *_plan(plan)]
     for filler in routine.fillers:
         lines += ["", *_filler(filler)]
     for rule in routine.interruptions:
@@ -152,14 +157,42 @@ def _group(group: StepGroup, weight: float) -> str:
     return f"{{ {', '.join(keys)} }}"
 
 
-def _filler(filler: Filler) -> Iterator[str]:
-    yield "[[filler]]"
-    yield f"person = {_text(filler.person)}"
-    weekdays = filler.days.weekdays
+def _plan(plan: FixedPoints) -> Iterator[str]:
+    yield "[[plan]]"
+    yield f"person = {_text(plan.person)}"
+    yield from _days(plan.days)
+    yield "entries = ["
+    for entry in plan.entries:
+        yield f"  {{ {', '.join(_entry(entry))} }},"
+    yield "]"
+
+
+def _entry(entry: FixedPoint) -> Iterator[str]:
+    yield f'at = "{clock(entry.at)}"'
+    start, end = map(duration, entry.spread)
+    both = entry.until is None or start == end
+    yield f'spread = "{start}"' if both else f'spread = ["{start}", "{end}"]'
+    yield f"activity = {_text(entry.activity)}"
+    if entry.until is not None:
+        yield f'until = "{clock(entry.until % DAY)}"'
+    else:
+        yield from _lasting(entry.lasts, entry.varies, None, 0.0)
+    if entry.chance < 1.0:
+        yield f"chance = {entry.chance:.2g}"
+
+
+def _days(days: Calendar) -> Iterator[str]:
+    weekdays = days.weekdays
     if weekdays != frozenset(range(7)):
         names = [WEEKDAYS[day] for day in sorted(weekdays)]
         together = _TOGETHER.get(weekdays)
         yield f"on = {_text(together) if together else _texts(names)}"
+
+
+def _filler(filler: Filler) -> Iterator[str]:
+    yield "[[filler]]"
+    yield f"person = {_text(filler.person)}"
+    yield from _days(filler.days)
     yield f'between = ["{clock(filler.begins)}", "{clock(filler.ends)}"]'
     yield "[filler.choose]"
     total = sum(choice.weight for choice in filler.choices)

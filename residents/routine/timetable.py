@@ -240,12 +240,12 @@ def _draw_plan_entries(
 
 
 def _draw_plan_entry(entry: FixedPoint, name: str, midnight: float, stream: Stream) -> _DrawnEntry:
-    start = midnight + entry.at + entry.spread * stream.normal()
+    start = midnight + entry.at + entry.spread[0] * stream.normal()
     if entry.until is not None:
         # So that it happens every day, whatever was drawn.
         least = max(LEAST * (entry.until - entry.at), SHORTEST)
         start = min(start, midnight + entry.until - least)
-        end = midnight + entry.until + entry.spread * stream.normal()
+        end = midnight + entry.until + entry.spread[1] * stream.normal()
         end = max(end, start + least)
         return _DrawnEntry(start, end, entry.activity, False, name, least, end - least)
     end = start + max(stream.log_normal(entry.lasts or 0.0, entry.varies), SHORTEST)
@@ -489,7 +489,9 @@ def _shown(first: date, seconds: float) -> str:
 
 def _rows(content: str, name: str) -> list[tuple[int, datetime, datetime, str, str]]:
     """Return line, start, end, person and activity of each row of a diary's file."""
-    rows = csv.DictReader(io.StringIO(content))
+    head = content.partition("\n")[0]
+    # As Excel writes where numbers have decimal commas.
+    rows = csv.DictReader(io.StringIO(content), delimiter="," if "," in head else ";")
     missing = [column for column in COLUMNS if column not in (rows.fieldnames or ())]
     if missing:
         raise InputError(f"{name}, line 1: the column {missing[0]!r} is missing")

@@ -8,6 +8,8 @@ only for errors that some caller handles in a different way.
 from __future__ import annotations
 
 import codecs
+import errno
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -37,6 +39,10 @@ def explained(
         yield
     except kinds as error:
         why = error.strerror if isinstance(error, OSError) else error
+        # Windows calls it a lack of permission if a folder is opened as a file.
+        if isinstance(error, PermissionError) and error.filename is not None:
+            folder = os.path.isdir(error.filename) and os.access(error.filename, os.R_OK)
+            why = os.strerror(errno.EISDIR) if folder else why
         raise raised(f"{where}: {why}") from None
 
 
@@ -47,7 +53,9 @@ def decoded(path: Path) -> Iterator[None]:
         yield
     except UnicodeDecodeError as error:
         check_mark(path, error.object)
-        raise InputError(f"{path} is not a text file in UTF-8") from None
+        raise InputError(
+            f"{path} is not a text file in UTF-8: save it as such (in Excel as CSV UTF-8)"
+        ) from None
 
 
 def check_mark(path: Path, begin: bytes) -> None:

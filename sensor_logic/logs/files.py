@@ -8,6 +8,7 @@ import importlib
 import os
 import re
 import tempfile
+import time
 import unicodedata
 import zlib
 from collections.abc import Iterable, Iterator, Mapping
@@ -26,6 +27,8 @@ OURS = re.compile(r"(\.angen-\w{8,12})(?:-\d+)?\.(?:part|blend|lock)@?")
 DEVICES = re.compile(r"CON|PRN|AUX|NUL|(?:COM|LPT)[0-9¹²³]", re.IGNORECASE)
 # The greatest length of a file's name without suffix and number, in bytes: file systems take 255.
 LONGEST = 240
+# How often and how long (s) to wait for a program that has a new file open.
+PATIENCE_TRIES, PATIENCE_S = 10, 0.1
 # The content of a file. An iterable of its parts is consumed once, while the file is written.
 Content = str | bytes | Iterable[str] | Iterable[bytes]
 
@@ -66,6 +69,16 @@ def check_target(path: Path, what: str) -> None:
         ) from None
     if SYSTEM == "nt" and not os.access(path, os.W_OK):
         raise AngenError(f"{what}: {path} is read-only: give another name")
+
+
+def is_same_file(one: Path, other: Path) -> bool:
+    """Return whether two paths lead to one file, also through links.
+
+    On macOS and Windows, the letters of the paths can differ in case.
+    """
+    if one.exists() and other.exists():
+        return one.samefile(other)
+    return one.resolve() == other.resolve()
 
 
 def read_text(path: Path) -> str:
@@ -159,8 +172,22 @@ class WholeFiles:
         while self._waiting:
             part, target = self._waiting[0]
             with _named_errors(target):
-                os.replace(part, target)
+                _move(part, target)
             del self._waiting[0]
+
+
+def _move(part: Path, target: Path) -> None:
+    """Move a new file to its target.
+
+    On Windows, virus scanners and programs that synchronise folders open a new file for a moment,
+    in which it cannot be moved.
+    """
+    for _ in range(PATIENCE_TRIES if SYSTEM == "nt" else 0):
+        with contextlib.suppress(PermissionError):
+            os.replace(part, target)
+            return
+        time.sleep(PATIENCE_S)
+    os.replace(part, target)
 
 
 @contextlib.contextmanager

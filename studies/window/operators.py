@@ -25,7 +25,7 @@ from bpy.props import (
 from bpy.types import Context, Operator, PropertyGroup
 from bpy_extras.io_utils import ExportHelper
 
-from ...angen_addon.relative_path import RELATIVE_PATH, ChosenFile
+from ...angen_addon.relative_path import RELATIVE_PATH, ChosenFile, absolute
 from ...angen_addon.scene.sensors import Sensor, all_sensors
 from ...angen_addon.translations.interface import translated
 from ...angen_addon.view.active import active_sensor
@@ -105,7 +105,7 @@ def vary_of(row: AngenStudyVary) -> Vary:
 
 def command(file: str) -> str:
     """Return the shell command that runs a study file; empty if `file` is empty."""
-    path = Path(bpy.path.abspath(file))
+    path = absolute(file)
     study, out = map(quoted, (path, path.with_suffix("")))
     return f"angen study run {study} --out {out}" if file else ""
 
@@ -236,7 +236,7 @@ class ANGEN_OT_study_report(Operator):
     poll = classmethod(_has_study_file)
 
     def execute(self, context: Context) -> set[str]:
-        file = Path(bpy.path.abspath(context.window_manager.angen_study.file))
+        file = absolute(context.window_manager.angen_study.file)
         report = file.with_suffix("") / "report.html"
         if not report.is_file():
             text = f"There is no report yet: run `angen study report {quoted(report.parent)}`"

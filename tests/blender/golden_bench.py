@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import io
 import os
+import re
 from collections.abc import Callable
 from contextlib import redirect_stderr, redirect_stdout
 from importlib import import_module
@@ -90,7 +91,11 @@ class Bench:
     def plain(self, text: str) -> str:
         """Return a text with line ends of git, and names of files without their folders."""
         text = text.replace("\r\n", "\n")
-        return text.replace(f"{self.folder}/", "").replace(f"{ROOT}/", "")
+        for folder in (f"{self.folder}{os.sep}", f"{ROOT}{os.sep}"):
+            # The rest of a path, up to its end, as on Unix.
+            path = re.escape(folder) + r"([^\s'\"]*)"
+            text = re.sub(path, lambda found: found[1].replace(os.sep, "/"), text)
+        return text
 
     def written(self, name: str) -> str:
         return self.plain((self.folder / name).read_bytes().decode("utf-8"))

@@ -4,7 +4,7 @@
 import re
 import subprocess
 import sys
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 import bpy
 import pytest
@@ -41,9 +41,14 @@ def library(request, tmp_path_factory):
 def test_every_part_is_there_as_its_preset_says(world, library):
     library, only = library
     catalogs = dict(
-        re.findall(r"^([0-9a-f-]{36}):(Sensors/[^:]+):", (library / "blender_assets.cats.txt")
+        re.findall(r"^([0-9a-f-]{36}):(Sensors[^:]*):", (library / "blender_assets.cats.txt")
         .read_text(encoding="utf-8"), re.MULTILINE)
     )  # fmt: skip
+    # Each catalog's parents are there: Blender would add them, and show the library as not saved.
+    paths = set(catalogs.values())
+    assert {str(parent) for path in paths for parent in PurePosixPath(path).parents} - {
+        "."
+    } <= paths
     path = str(library / "angen_sensors.blend")
     with bpy.data.libraries.load(path, link=False, assets_only=True) as (there, target):
         target.objects = list(there.objects)

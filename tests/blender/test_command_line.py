@@ -66,7 +66,7 @@ def test_sensors_are_chosen_by_patterns_and_kinds(world, command, tmp_path, opti
     assert status == 0
     assert {row.split(",")[2] for row in out.splitlines()[1:]} == names
     expected = tmp_path / "expected.csv"
-    expected.write_text(out, encoding="utf-8")
+    expected.write_text(out, encoding="utf-8", newline="")
     assert command("check", expected, "--quiet", *options)[0] == 0
 
 

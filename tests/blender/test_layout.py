@@ -542,6 +542,25 @@ def test_an_error_after_a_mark_takes_it_back(kitchen, apply, listed, error):
     assert not listed() and not bpy.data.texts and "Magnet fridge" not in bpy.data.objects
 
 
+def test_a_sensor_and_an_empty_of_the_layout_can_be_marked(kitchen, apply, error, listed):
+    switch = {"name": "Lamp switch", "kind": "PIR", "location": [0.2, 0.2, 1.1]}
+    marks = {
+        "Magnet fridge": {"use": "USE", "room": "kitchen"},
+        "Lamp switch": {"use": "LAMP", "switch": "Magnet fridge"},
+    }
+    layout = {"sensors": [fridge_contact(), switch], "marks": marks}
+    assert apply(layout).marked == ["Magnet fridge", "Lamp switch"]
+    mark = bpy.data.objects["Lamp switch"].angen_place
+    assert (mark.use, mark.switch.name) == ("LAMP", "Magnet fridge")
+    assert apply(layout).marked == []
+    # A wrong mark takes back the new sensors, too.
+    before = listed()
+    wrong = {"sensors": [{**switch, "name": "Other"}], "marks": {"Other": {"use": "LAMB"}}}
+    with pytest.raises(error, match="did you mean LAMP"):
+        apply(wrong)
+    assert listed() == before and "Other" not in bpy.data.objects
+
+
 def test_the_schema_of_marks_is_that_of_blender(world):
     made = runpy.run_path(str(DOCS.parents[1] / "scripts" / "layout_schema.py"))["MARK"]
     mark = bpy.types.Object.bl_rna.properties["angen_place"].fixed_type

@@ -3,6 +3,7 @@
 
 import json
 import time
+from pathlib import Path
 
 import bpy
 import pytest
@@ -57,8 +58,9 @@ def broker(world, monkeypatch):
     monkeypatch.setattr("time.sleep", lambda seconds: None)
     monkeypatch.setattr(live_mqtt, "may_go_online", lambda: True)
     monkeypatch.setattr(live_mqtt, "outcome", ("", ""))
-    settings = bpy.context.window_manager.angen_mqtt
-    settings.broker, settings.topic, settings.user = "broker.home:1884", "flat", "anna"
+    settings = live_mqtt.settings_of(bpy.context)
+    settings.broker, settings.user, settings.authority = "broker.home:1884", "anna", ""
+    world.scene.angen_topic = "flat"
     world.door(5)
     world.switch("Door", range_max=0.5)
     world.scene.angen_live = True
@@ -97,12 +99,26 @@ def test_readings_at_the_playhead_are_announced_and_sent_when_they_change(world,
     assert made.states("flat/status")[-1] == "offline" and made.closed
 
 
-def test_the_password_is_in_no_file(broker, tmp_path):
+@pytest.mark.filterwarnings("ignore:.*blend relative")
+def test_the_broker_stays_when_another_file_is_opened_and_the_password_is_in_no_file(
+    world, broker, tmp_path
+):
     broker.password = "a-secret-of-mine"
-    assert broker.password == "a-secret-of-mine"
     path = tmp_path / "home.blend"
     bpy.ops.wm.save_as_mainfile(filepath=str(path), compress=False)
-    assert b"a-secret-of-mine" not in path.read_bytes()
+    broker.authority = "//ca.pem"
+    bpy.ops.wm.save_userpref()
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    now = live_mqtt.settings_of(bpy.context)
+    assert (now.broker, now.user, now.password) == ("broker.home:1884", "anna", "a-secret-of-mine")
+    assert now.authority == str(tmp_path / "ca.pem")
+    assert bpy.context.scene.angen_topic == "angen"
+    bpy.ops.wm.open_mainfile(filepath=str(path))
+    assert bpy.context.scene.angen_topic == "flat"
+    preferences = Path(bpy.utils.user_resource("CONFIG"), "userpref.blend")
+    files = [path.read_bytes(), preferences.read_bytes()]
+    assert [b"a-secret-of-mine" in text for text in files] == [False, False]
+    assert [b"broker.home" in text for text in files] == [False, True]
 
 
 def test_sensors_that_change_are_announced_and_a_file_that_is_opened_ends_it(world, broker):
@@ -123,6 +139,9 @@ def test_sensors_that_change_are_announced_and_a_file_that_is_opened_ends_it(wor
     until(lambda: made.states("flat/hall/moved"))
     configs = [message.topic for message in made.got[count:] if message.topic.endswith("/config")]
     assert configs == [config.format("hall")]
+    # What has not changed is not sent again.
+    assert made.states("flat/status") == ["offline", "online"]
+    assert made.states("flat/gate/open") == ["None", "OFF"]
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     assert live_mqtt.sender is None
 
@@ -139,11 +158,11 @@ def test_why_it_ended_stays_in_the_panel(broker):
     [
         ("broker", "anna@home", "contains a user name: give it as User"),
         ("broker", "home:port", "'home:port' is not HOST or HOST:PORT"),
-        ("topic", "flat/#", "'flat/#' is not a topic"),
+        ("angen_topic", "flat/#", "'flat/#' is not a topic"),
     ],
 )
-def test_wrong_settings_are_one_line(broker, name, value, words):
-    setattr(broker, name, value)
+def test_wrong_settings_are_one_line(world, broker, name, value, words):
+    setattr(world.scene if name == "angen_topic" else broker, name, value)
     with pytest.raises(RuntimeError, match=words):
         bpy.ops.angen.mqtt_start()
     assert not brokers

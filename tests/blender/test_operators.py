@@ -2,6 +2,8 @@
 """The operators as a user calls them, and the errors that they report."""
 
 import csv
+import types
+from pathlib import Path
 
 import bpy
 import pytest
@@ -159,9 +161,26 @@ def test_export_into_a_missing_folder_is_told(door, tmp_path):
     ops.simulate()
     with pytest.raises(RuntimeError, match="does not exist"):
         ops.export_events(filepath=str(tmp_path / "missing" / "events.csv"))
-    with pytest.raises(RuntimeError, match="No such file"):
+    with pytest.raises(RuntimeError, match="does not exist"):
         ops.export_samples(directory=str(tmp_path / "missing" / "samples"))
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(("home", "name"), [("", "home"), ("flat.v2.blend", "flat.v2")])
+def test_other_tools_get_a_file_named_after_the_home_with_their_suffix(
+    door, tmp_path, addon_part, home, name
+):
+    """Also before the home is saved for the first time."""
+    if home:
+        bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / home))
+    proposed = types.SimpleNamespace()
+    manager = types.SimpleNamespace(fileselect_add=lambda _: None)
+    operator = addon_part("operators.export_format").ANGEN_OT_export_format
+    operator.invoke(proposed, types.SimpleNamespace(window_manager=manager), None)
+    ops.simulate()
+    path = tmp_path / Path(proposed.filepath).name
+    ops.export_format(filepath=str(path), format="casas", start="2026-03-01T08:00")
+    assert (tmp_path / f"{name} events.txt").is_file()
 
 
 # Settings of the active sensor are copied to the selected sensors of its kind, and to no others

@@ -104,6 +104,60 @@ def test_nothing_is_printed_in_it(tmp_path):
     assert (done.returncode, said, done.stderr) == (0, "registered True", "")
 
 
+UPGRADE = """
+import bpy
+from angen_addon.process.standalone import PACKAGE, load_extension
+class Former(bpy.types.Operator):
+    bl_idname, bl_label = "angen.former", "Former"
+    __module__ = PACKAGE + ".operators.former"
+    __annotations__ = {"name": "StringProperty()"}
+extension = load_extension()
+extension.register()
+print("registered", hasattr(bpy.types.Object, "angen_sensor"), Former.__annotations__)
+"""
+
+
+def test_it_registers_where_blender_replaces_another_version_of_it():
+    """Blender drops the modules of the former version, whose classes stay."""
+    done = subprocess.run(
+        [sys.executable, "-c", UPGRADE], capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "registered True {'name': 'StringProperty()'}" in done.stdout
+
+
+FAILING = """
+import bpy
+from angen_addon.process.standalone import load_extension
+extension = load_extension()
+from angen_sensors import parts
+parts.MODULES, modules = (*parts.MODULES, "sensor_logic.kind"), parts.MODULES
+def attempt():
+    try:
+        extension.register()
+    except Exception as error:
+        return str(error)
+print(attempt(), hasattr(bpy.types.Object, "angen_sensor"), dir(bpy.ops.angen))
+parts.MODULES = modules
+for _ in range(2):
+    print(attempt(), hasattr(bpy.types.Object, "angen_sensor"))
+"""
+
+
+def test_an_error_leaves_nothing_registered_and_a_second_copy_is_refused():
+    done = subprocess.run(
+        [sys.executable, "-X", "utf8", "-c", FAILING],
+        capture_output=True,
+        encoding="utf-8",
+        check=False,
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    failed, ended, again = done.stdout.splitlines()[-3:]
+    assert "no attribute 'register'" in failed and failed.endswith(" False []")
+    assert ended == "None True"
+    assert again.startswith("Ängen Sensors is on already, from another repository or file: ")
+
+
 def live_works(world):
     wall = world.wall(0.02)
     sensor = world.switch()

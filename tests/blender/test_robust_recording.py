@@ -11,6 +11,7 @@ from importlib import import_module
 import addon_utils
 import bpy
 import pytest
+from bl_ext.user_default.angen_sensors.angen_addon.runtime import handlers
 from recorded_home import ADDON, columns, move, named, ops, recorded, results, save_and_load, stale
 
 LENS = "azimuth, elevation, width, height, polarity, gain\n0, 0, {}, 5, 1, 1\n"
@@ -232,6 +233,25 @@ def test_a_file_opened_before_the_extension_was_switched_on(home, tmp_path):
     assert not bpy.data.texts
     bpy.ops.wm.open_mainfile(filepath=path)
     assert stale() == ""
+
+
+def test_it_survives_that_the_extension_is_switched_off_and_on(kept_home, tmp_path, monkeypatch):
+    """An upgrade is a switching off and on."""
+    before = columns()
+    monkeypatch.setattr(handlers, "_is_without_window", lambda: False)
+    path = str(tmp_path / "a.blend")
+    addon_utils.disable(ADDON)
+    try:
+        bpy.ops.wm.save_as_mainfile(filepath=path)
+    finally:
+        addon_utils.enable(ADDON, default_set=True)
+    # Blender calls timers only in a window.
+    assert bpy.app.timers.is_registered(handlers._read_open_file)
+    handlers._read_open_file()
+    assert stale() == "" and columns() == before and not bpy.data.texts
+    bpy.ops.wm.open_mainfile(filepath=path)
+    assert stale() == "" and columns() == before
+    assert not bpy.app.timers.is_registered(handlers._read_open_file)
 
 
 def test_a_sensor_that_never_was_on(home, tmp_path):

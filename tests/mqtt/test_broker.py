@@ -6,6 +6,8 @@ from __future__ import annotations
 import csv
 import json
 import signal
+import socket
+import threading
 from importlib.util import find_spec
 
 import pytest
@@ -286,6 +288,21 @@ def test_who_is_not_there_is_told_in_a_line(broker, angen, events, tmp_path) -> 
         status, _, err = angen(*options, address)
         assert status == 1
         assert all(word in the_line(err) for word in words), err
+
+
+def test_a_web_server_is_no_broker(angen, events) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+
+        def answer() -> None:
+            client, _ = server.accept()
+            client.recv(1024)
+            client.sendall(b"HTTP/1.1 400 Bad Request\r\n\r\n" + 80 * b" ")
+
+        threading.Thread(target=answer, daemon=True).start()
+        address = f"localhost:{server.getsockname()[1]}"
+        status, _, err = angen("replay", events, "--mqtt", address)
+    assert status == 1
+    assert f"{address} does not answer as a broker does: is this its port" in the_line(err)
 
 
 BLENDS = "sample_blends"

@@ -26,7 +26,9 @@ def panel(addon: Any, monkeypatch: pytest.MonkeyPatch) -> Iterator[SimpleNamespa
     monkeypatch.setattr(live, "may_go_online", lambda: True)
     link = import_module(f"{addon.__name__}.angen_addon.output.mqtt.link")
     monkeypatch.setattr(link, "check_online", lambda: None)
-    settings = bpy.context.window_manager.angen_mqtt
+    settings = live.settings_of(bpy.context)
+    for name in ("user", "password", "tls", "authority"):
+        settings.property_unset(name)
     bpy.context.scene.frame_set(1)
     yield SimpleNamespace(live=live, settings=settings)
     live.stop()
@@ -113,9 +115,13 @@ def test_stopped_while_it_connects_it_announces_nothing(panel, broker) -> None:
     sender = panel.live.sender
     wait(panel, lambda: sender.state.startswith("Connecting"))
     bpy.ops.angen.mqtt_stop()
+    # Two senders would disturb each other.
+    assert not bpy.ops.angen.mqtt_start.poll() and not bpy.ops.angen.mqtt_stop.poll()
+    assert sender.state == f"Stopping, waiting for {broker.address}"
     broker.process.send_signal(signal.SIGCONT)
-    until(lambda: not sender.is_alive)
+    wait(panel, lambda: panel.live.sender is None)
     assert broker.retained() == {}
+    assert bpy.ops.angen.mqtt_start.poll()
 
 
 def test_the_scene_that_sends_is_the_one_it_was_started_in(panel, broker) -> None:
@@ -145,7 +151,7 @@ def test_the_scene_that_sends_is_the_one_it_was_started_in(panel, broker) -> Non
         ({"tls": True, "authority": "ca.pem", "user": "angen"}, "give User and Password"),
         (
             {"tls": True, "authority": "ca.pem", "user": "angen", "password": "geheim-ü",
-             "topic": "forbidden"},
+             "angen_topic": "forbidden"},
             "allow it to publish below homeassistant/device/ and forbidden/",
         ),
     ],
@@ -154,7 +160,8 @@ def test_why_it_ends_is_told_in_the_words_of_the_panel(
     panel, guarded, secrets: Path, settings, words
 ) -> None:
     for name, value in {"broker": guarded.address, "password": "wrong", **settings}.items():
-        setattr(panel.settings, name, str(secrets / value) if name == "authority" else value)
+        owner = bpy.context.scene if name == "angen_topic" else panel.settings
+        setattr(owner, name, str(secrets / value) if name == "authority" else value)
     bpy.ops.angen.mqtt_start()
     wait(panel, lambda: panel.live.sender is None)
     text, icon = panel.live.outcome

@@ -58,6 +58,44 @@ def invented(days: int = 28, seed: int = 3) -> list[Done]:
     return [one for one in sorted(found) if one.end < end]
 
 
+def punctual(days: int = 12, seed: int = 5) -> list[Done]:
+    """Return days of a person who is in bed from 23:05 ± 4 min to 07:00 ± 6 min, and lunches at 12.
+
+    Breakfast follows the toilet, by 5 to 9 min. What is under way ends for lunch and bed.
+    """
+    random = np.random.default_rng(seed)
+    found: list[Done] = []
+    now = MONDAY - timedelta(minutes=55)
+
+    def add(minute: float, activity: str) -> None:
+        """Let an activity last until a minute of the day."""
+        nonlocal now
+        end = day + timedelta(minutes=round(minute))
+        if end > now:
+            found.append(Done(now, end, activity))
+            now = end
+
+    def minute() -> float:
+        return (now - day) / timedelta(minutes=1)
+
+    for number in range(days):
+        day = MONDAY + timedelta(days=number)
+        add(420 + random.normal(0, 6), "Sleep")
+        add(minute() + random.integers(5, 10), "Use_Toilet")
+        add(minute() + 15, "Breakfast")
+        for until, activity, lasts in (
+            (round(720 + random.normal(0, 4)), "Lunch", 30.0),
+            (round(1385 + random.normal(0, 4)), "", 0.0),
+        ):
+            while minute() < until:
+                add(min(minute() + random.lognormal(4.0, 0.5), until), "Watch TV")
+                add(min(minute() + 5, until), "Use_Toilet")
+            if activity:
+                add(minute() + lasts, activity)
+    add(1385 + 480, "Sleep")
+    return found
+
+
 def table(rows: Sequence[Done]) -> str:
     return "start,end,activity\n" + "".join(f"{a},{b},{name}\n" for a, b, name in rows)
 

@@ -138,7 +138,8 @@ def test_days_keep_their_local_times_where_clocks_change(convert, tmp_path, home
     assert seconds[2] - seconds[0] == pytest.approx(84_500.4 + changed)
     # Activities are included, and mark the event that they begin with.
     (tmp_path / "acts.csv").write_text(
-        f"start,end,person,activity,room\r\n{told[1]},{date}T23:59:30.000,anna,Sit,hall\r\n"
+        f"start,end,person,activity,room\r\n{told[1]},{date}T23:59:30.000,anna,Sit,hall\r\n",
+        newline="",
     )
     options += ["--activities", tmp_path / "acts.csv"]
     out = tmp_path / "casas.txt"

@@ -7,6 +7,7 @@ import functools
 import tomllib
 from collections import Counter
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from datetime import date, datetime, timedelta
 from pathlib import Path
 from typing import Any
@@ -35,6 +36,7 @@ from invented_log import (
     invented,
     lengths,
     ordonez,
+    punctual,
     pyadlml,
     table,
 )
@@ -174,6 +176,59 @@ def test_drawn_days_are_like_the_log(activity: str) -> None:
     assert ks_distance(*(times_a_day(days, activity) for days in (real, ours))) < 0.25
 
 
+@functools.cache
+def regular() -> tuple[Any, Routine, Any]:
+    """The log of a punctual person, the routine that is read back, and 30 days drawn from it."""
+    lived = lived_days(DoneActivity(a, b, "", name) for a, b, name in punctual())
+    text = routine_text(learn(lived, Person("anna", "anna", False, "")), [], {})
+    routine = file.read(text, "learnt.toml")
+    return lived, routine, draw(routine, "anna", 30, 1)
+
+
+def hours(days: Days, activity: str, end: bool = False) -> np.ndarray:
+    return np.array([(one.ends if end else one.begins) / HOUR for one in cases(days, activity)])
+
+
+def test_who_is_punctual_is_drawn_so() -> None:
+    found = regular()[2].outer
+    assert np.abs(hours(found, "Sleep") - (23 + 5 / 60)).max() < 0.25
+    assert np.abs(hours(found, "Sleep", end=True) - 31.0).max() < 0.5
+    assert np.abs(hours(found, "Lunch") - 12.0).max() < 0.25
+    assert len(hours(found, "Sleep")) == len(hours(found, "Lunch")) == len(found)
+
+
+def test_what_follows_something_else_has_no_time_of_its_own() -> None:
+    _, routine, found = regular()
+    planned = {entry.activity for plan in routine.plans for entry in plan.entries}
+    assert planned == {"Sleep", "Lunch"}
+    before = Counter(one.before for one in cases(found.outer, "Breakfast"))
+    assert before["Use_Toilet"] > 0.7 * before.total()
+    assert np.median(hours(found.outer, "Breakfast")) == pytest.approx(7.12, abs=0.1)
+
+
+def test_entries_that_touch_read_back() -> None:
+    """An entry can last until another begins, and their medians differ by a minute."""
+    random, done = np.random.default_rng(63), []
+    now = MONDAY - timedelta(minutes=60)
+    for number in range(16):
+        day = MONDAY + timedelta(days=number)
+        wake, work = 420 + 3 * random.normal(), 900 + 20 * random.normal()
+        for until, name in ((wake, "Sleep"), (work, "Read"), (1380 + random.normal(), "Work")):
+            then = day + timedelta(minutes=round(until))
+            done.append(DoneActivity(now, then, "", name))
+            now = then
+    routine = learn(lived_days(done), Person("anna", "anna", False, ""))
+    assert len([entry for plan in routine.plans for entry in plan.entries]) >= 2
+    assert file.read(routine_text(routine, [], {}), "again.toml").plans
+
+
+def test_what_an_entry_cuts_short_would_have_lasted_longer() -> None:
+    """Kaplan and Meier: a case that was cut gives its weight to the longer ones."""
+    cut = np.array([False, True, False, False])
+    weights = learning._uncut(np.array([4.0, 2.0, 1.0, 3.0]), np.ones(4), cut)
+    assert weights == pytest.approx([1.5, 0.0, 1.0, 1.5])
+
+
 def test_weekends_have_habits_of_their_own() -> None:
     def median_start(weekend: bool) -> float:
         days = {d: b for d, b in drawn().begun.items() if (d.weekday() > 4) == weekend}
@@ -251,6 +306,11 @@ def test_the_text_of_a_routine_reads_back_as_the_same_text() -> None:
         assert (one.days, one.begins, one.ends) == (two.days, two.begins, two.ends)
         assert [c.activity for c in one.choices] == [c.activity for c in two.choices]
     assert learnt().interruptions == again.interruptions
+    plans = [
+        [replace(entry, where="") for plan in of.plans for entry in plan.entries]
+        for of in (learnt(), again)
+    ]
+    assert plans[0] == plans[1] != []
     assert "# Often.\n# And more.\n[activity.Wash]\n" in text
 
 
@@ -427,6 +487,35 @@ def test_without_a_routine_of_the_home_one_line_says_what_to_fill_in(
     assert status == 0 and told.count("\n") == 1 and "fill in what is done ('do')" in told
 
 
+def test_a_log_is_compared_with_a_folder_of_diaries(angen: Angen, given: Path) -> None:
+    days, one = given / "diaries", given / "one.csv"
+    assert angen("learn", given / "log.csv", "--diaries", 6, days)[0] == 0
+    # The nights that midnight cuts are whole again.
+    _, rows = diary.read_all({str(p): p.read_text() for p in sorted(days.glob("*.csv"))})
+    zero = datetime.combine(
+        date.fromisoformat(min(p.stem for p in days.iterdir())), datetime.min.time()
+    )
+    one.write_text(
+        table(
+            [
+                Done(*(zero + timedelta(seconds=at) for at in (row.start, row.end)), row.activity)
+                for row in rows
+                if row.activity != "Other"
+            ]
+        )
+    )
+    # A day without activities is a day too.
+    (days / "none.csv").write_text("start,end,person,activity\n")
+    found = [angen("compare", given / "log.csv", of) for of in (days, one)]
+    assert [status for status, *_ in found] == [0, 0]
+    assert found[0][1].replace("diaries", "one.csv") == found[1][1]
+    assert "Sleep" in found[0][1]
+    # Nor is a folder with anything else a log of activities.
+    (days / "other.csv").write_text("a,b\n")
+    status, _, told = angen("compare", given / "log.csv", days)
+    assert status == 2 and "has no activities: give" in told
+
+
 def test_drawn_days_are_a_diary(angen: Angen, given: Path) -> None:
     found = []
     for seed in (1, 1, 2):
@@ -491,11 +580,12 @@ def test_what_learn_cannot_write_is_one_line(
 
 
 def test_each_person_has_habits_of_their_own(angen: Angen, given: Path) -> None:
-    rows = [f"{a},{b},{who},{name}" for who in ("anna", "bo") for a, b, name in invented(8)]
+    rows = [f"{a},{b},{who},{name}" for who in ("anna", "bo") for a, b, name in punctual(8)]
     given.joinpath("log.csv").write_text("start,end,person,activity\n" + "\n".join(rows))
     assert learn_from(angen, given)[0] == 0
     both = file.read(given.joinpath("out.toml").read_text(), "out.toml")
     assert set(both.persons) == {filler.person for filler in both.fillers} == {"anna", "bo"}
+    assert {plan.person for plan in both.plans} == {"anna", "bo"}
     assert learn_from(angen, given, "--person", "bo")[0] == 0
     one = file.read(given.joinpath("out.toml").read_text(), "out.toml")
     assert set(one.persons) == {"bo"}

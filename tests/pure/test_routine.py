@@ -230,6 +230,10 @@ ROWS = """start,end,person,activity
 """
 
 
+def test_a_diary_that_excel_in_german_has_saved_is_the_same() -> None:
+    assert diary.read(ROWS.replace(",", ";"), "diary.csv") == diary.read(ROWS, "diary.csv")
+
+
 def test_a_diary_is_taken_as_it_stands() -> None:
     first, segments = diary.read(ROWS, "diary.csv")
     assert first == MONDAY
@@ -257,6 +261,36 @@ def test_a_diary_that_cannot_be_is_told_with_its_line(old: str, new: str, told: 
     with pytest.raises(InputError, match=r"^diary\.csv, ") as caught:
         diary.read(ROWS.replace(old, new), "diary.csv")
     assert told in str(caught.value)
+
+
+def test_an_end_by_the_clock_can_spread_otherwise_than_the_start() -> None:
+    entry = '{ at = "23:05", spread = ["1 min", "40 min"], activity = "Sleep", until = "07:00" }'
+    text = f"""
+schema = 1
+[person.anna]
+begins = "Sleep"
+[activity]
+Sleep = {{ do = ["wait 5 s"] }}
+Idle = {{ do = ["wait 5 s"] }}
+[[plan]]
+person = "anna"
+entries = [{entry}]
+[[filler]]
+person = "anna"
+between = ["00:00", "24:00"]
+choose = {{ Idle = {{ weight = 1, lasts = "20 h" }} }}
+"""
+    nights = [
+        s for s in timetable(file.read(text, "f.toml"), MONDAY, 60, 1) if s.activity == "Sleep"
+    ]
+    begins, ends = (
+        np.array([getattr(s, of) % DAY for s in nights[1:-1]]) for of in ("start", "end")
+    )
+    assert begins.std() == pytest.approx(60.0, rel=0.3)
+    assert ends.std() == pytest.approx(2400.0, rel=0.3)
+    for wrong in ('["1 min"]', '["1 min", 5]'):
+        with pytest.raises(InputError, match=r"f\.toml, line 10: spread: "):
+            file.read(text.replace('["1 min", "40 min"]', wrong), "f.toml")
 
 
 def left_out(rows: str, start: date, days: int, persons: Sequence[str] = ("anna",)) -> list[str]:

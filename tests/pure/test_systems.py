@@ -10,6 +10,8 @@ import builtins
 import importlib
 import io
 import os
+import re
+import subprocess
 import sys
 import types
 import unicodedata
@@ -94,6 +96,39 @@ def test_of_several_files_none_is_new_where_one_is_open_in_another_program(tmp_p
     assert set(contents(tmp_path).values()) == {b"new"}
 
 
+@pytest.mark.parametrize("verb", ["convert", "learn"])
+def test_an_output_that_names_the_input_in_other_case(tmp_path, angen, verb):
+    """On macOS both are one file, as they are here by a link."""
+    path, out = tmp_path / "log.csv", tmp_path / "LOG.csv"
+    path.write_bytes(LOG.encode())
+    if not out.exists():
+        os.link(path, out)
+    options = ["--format", "events"] if verb == "convert" else []
+    status, _, err = angen(verb, path, *options, "--out", out)
+    assert status == 2 and re.search(r"LOG\.csv is also read.*; give another name", err)
+    assert path.read_bytes() == LOG.encode()
+
+
+def test_a_new_file_that_a_virus_scanner_opens_for_a_moment(tmp_path, monkeypatch):
+    scans, replace = [1, 2], os.replace
+
+    def scanned(old, new):
+        if scans:
+            scans.pop()
+            raise PermissionError(13, "Permission denied", str(old), 32, str(new))
+        replace(old, new)
+
+    monkeypatch.setattr(files, "SYSTEM", "nt")
+    monkeypatch.setattr(files, "PATIENCE_S", 0.0)
+    monkeypatch.setattr(os, "replace", scanned)
+    write_files({tmp_path / "a.csv": "new"})
+    assert contents(tmp_path) == {"a.csv": b"new"}
+    scans.extend(range(99))
+    with pytest.raises(AngenError, match=r"cannot write .*a\.csv: Permission denied"):
+        write_files({tmp_path / "a.csv": "newer"})
+    assert contents(tmp_path) == {"a.csv": b"new"}
+
+
 def test_a_file_open_in_another_program_is_told_before_the_work(tmp_path, opened, angen):
     path, out = tmp_path / "log.csv", tmp_path / "out.xes"
     path.write_bytes(LOG.encode())
@@ -112,6 +147,11 @@ def test_a_folder_that_cannot_be_opened_as_a_file(tmp_path, monkeypatch):
         raise PermissionError(13, "Permission denied", str(path))
 
     monkeypatch.setattr(builtins, "open", refuse)
+    monkeypatch.setattr(io, "open", refuse)
+    with pytest.raises(InputError, match=f"cannot read {re.escape(str(tmp_path))}: Is a directory"):
+        files.read_text(tmp_path)
+    with pytest.raises(InputError, match="Permission denied"):
+        files.read_text(tmp_path / "log.csv")
     assert unreadable(tmp_path) == f"{tmp_path} is a folder; give a blend file"
 
 
@@ -175,6 +215,18 @@ def test_a_table_of_a_study_that_is_open_in_another_program_meanwhile(
     assert capsys.readouterr().err.count("results.csv open") == 1
 
 
+def test_workers_of_a_study_start_in_the_home_of_a_user_with_an_umlaut(tmp_path, results):
+    """Dask writes their first code in the code page of Windows, and Python reads it as UTF-8."""
+    preload = importlib.import_module("angen_sensors.studies.engine").PRELOAD
+    module = tmp_path / "Jörg" / "standalone.py"
+    module.parent.mkdir()
+    module.write_text("def load_extension():\n    print('loaded')\n", encoding="utf-8")
+    script = tmp_path / "script.py"
+    script.write_text(preload.format(str(module)), encoding="cp1252")
+    done = subprocess.run([sys.executable, script], capture_output=True, text=True)
+    assert done.stdout == "loaded\n", done.stderr
+
+
 def test_a_path_too_long_for_the_system_is_told_before_the_work(tmp_path):
     """Windows takes 259 characters, Linux 4095 bytes: a temporary file needs more than a target."""
     folder = tmp_path
@@ -223,8 +275,9 @@ def test_a_zone_where_the_system_has_no_list_of_time_zones(monkeypatch):
     before = zoneinfo.TZPATH
     zoneinfo.reset_tzpath([])
     zoneinfo.ZoneInfo.clear_cache()
-    # The package tzdata, which the project installs on Windows.
-    monkeypatch.setitem(sys.modules, "tzdata", None)
+    # The package tzdata, which the project installs on Windows, and what of it is loaded.
+    for name in ["tzdata", *(name for name in sys.modules if name.startswith("tzdata."))]:
+        monkeypatch.setitem(sys.modules, name, None)
     try:
         with pytest.raises(InputError, match="no list of time zones: pip install tzdata"):
             convert._zone("Europe/Stockholm")
@@ -289,7 +342,10 @@ def unnamed_encodings(tree):
 
 @pytest.mark.parametrize(
     "folder",
-    ["angen_addon", "operators", "panels", "residents", "sensor_logic", "studies", "scripts"],
+    [
+        *("angen_addon", "operators", "panels", "residents", "sensor_logic", "studies"),
+        *("docs", "sample_blends", "scripts"),
+    ],
 )
 def test_no_text_is_read_or_written_in_the_code_page_of_windows(folder):
     """Lint asks for the encoding of `open`; here are files of paths and output of processes."""

@@ -78,6 +78,17 @@ class Link:
         client.connect_timeout = ANSWER_S
         client.max_inflight_messages_set(WINDOW)
         answer: list[Any] = []
+        unreadable = threading.Event()
+
+        def loop(read_and_write: Callable[..., Any] = client.loop_forever, **options: Any) -> None:
+            try:
+                read_and_write(**options)
+            except Exception:
+                # paho-mqtt fails in many ways where the other side is no broker.
+                unreadable.set()
+                on_disconnect()
+
+        client.loop_forever = loop
         client.on_socket_open = _send_small_packets_at_once
         client.on_publish = self._on_publish
 
@@ -97,8 +108,9 @@ class Link:
         client.loop_start()
         answered.wait(ANSWER_S)
         if not answer or answer[0].is_failure:
+            is_closed = lost.is_set() and not unreadable.is_set()
             client.disconnect()
-            raise AngenError(_refusal(address, answer[0] if answer else None, lost.is_set()))
+            raise AngenError(_refusal(address, answer[0] if answer else None, is_closed))
         self._client, self._lost, self._unacknowledged = client, lost, deque()
 
     def revive(self) -> bool:

@@ -63,6 +63,11 @@ class BrokerThread:
         return self._thread.is_alive()
 
     @property
+    def is_stopped(self) -> bool:
+        """Whether `stop` was called; its work may still wait for the broker to answer."""
+        return self._stop.is_set()
+
+    @property
     def error(self) -> str:
         """Why it has failed; empty if it goes on, was stopped or has done its work."""
         return self._error
@@ -70,6 +75,8 @@ class BrokerThread:
     @property
     def state(self) -> str:
         """A line for the user on what it does, or has done."""
+        if self.is_stopped:
+            return f"Stopping, waiting for {self._address}"
         return f"Connecting to {self._address}"
 
     def _work(self) -> None:
@@ -161,7 +168,7 @@ class LiveSender(BrokerThread):
     @property
     def state(self) -> str:
         """A line for the user on what it does."""
-        if not self._is_connected:
+        if self.is_stopped or not self._is_connected:
             return super().state
         if self._player.is_lost:
             return "Connection lost, trying again"

@@ -137,8 +137,12 @@ class Player:
         retained = dict(retained_messages(self._link, self._home.topic))
         self._refuse_clash(retained.get(self._home.status("").topic))
         self._is_open = True
+        # Listeners of now get all states, also those that the broker retains of an earlier replay.
+        begin = f"{self._home.topic}/"
+        known = {topic: text for topic, text in retained.items() if not topic.startswith(begin)}
         # Comes first: a broker that refuses this topic gets no other message either.
-        if not (self._send_all([self._home.status(OFFLINE)]) and self._announce(states, retained)):
+        is_whole = self._send_all([self._home.status(OFFLINE)])
+        if not (is_whole and self._announce(states, retained, known)):
             raise AngenError(
                 "the connection to the broker was lost before the first reading: check the broker, "
                 "and try again"
@@ -149,9 +153,9 @@ class Player:
 
         `states` is that of `begin`.
         """
-        before = {**dict(self._home.discovery()), **self._states}
+        before = dict([*self._home.discovery(), *self._now()])
         self._home = home
-        self._announce(states, before)
+        self._announce(states, before, before)
 
     def play(self, changes: Iterable[Change], after: int = 0) -> None:
         """Publish each change when its own time plus `after`, in microseconds, is due."""
@@ -197,9 +201,15 @@ class Player:
         states = [Message(topic, payload) for topic, payload in self._states.items()]
         return [*states, self._home.status(ONLINE)]
 
-    def _announce(self, states: Mapping[Channel, Value], retained: Mapping[str, str]) -> bool:
-        """Send what the broker does not retain yet, and remove what it retains of other sensors.
+    def _announce(
+        self,
+        states: Mapping[Channel, Value],
+        retained: Mapping[str, str],
+        known: Mapping[str, str],
+    ) -> bool:
+        """Announce the sensors with their states, and remove others that the broker retains.
 
+        `retained` and `known` have payloads by topic. A message that is in `known` is not sent.
         Return False if the connection is lost meanwhile.
         """
         configs = self._home.discovery()
@@ -211,8 +221,9 @@ class Player:
         names = remove_messages(self._link, gone)
         if names:
             note(f"removed from the broker, since this home does not have them: {', '.join(names)}")
-        new = [config for config in configs if retained.get(config.topic) != config.payload]
-        is_whole = self._send_all([*new, *self._now()])
+        new = [config for config in configs if known.get(config.topic) != config.payload]
+        now = [message for message in self._now() if known.get(message.topic) != message.payload]
+        is_whole = self._send_all([*new, *now])
         if new and is_whole:
             self.pace.rest(SETTLE_S)
         return is_whole

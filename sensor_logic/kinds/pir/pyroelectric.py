@@ -250,6 +250,7 @@ def _samples(response: Response, dt: float) -> Array:
     return _samples_of_parts(response, parts, round(dt / parts, 12))
 
 
+# One array for intervals that differ by rounding errors: without it, rest is seldom recognised.
 @lru_cache(maxsize=256)
 def _samples_of_parts(response: Response, parts: int, dt: float) -> Array:
     """Return the same for a step of n = `parts` intervals of `dt` s."""

@@ -8,8 +8,8 @@ A *log of activities* is one of
 - lines without quotes, as Ordonez and Kasteren have them: start, end and activity, with spaces or
   tabs between them; or start and duration in whole seconds, the start since 1970;
 - CASAS text, in which an activity is marked where it begins and ends; or each row has a label;
-- a folder: one of simulated days (`activities.csv`), or one for pyadlml
-  (`activities_subject_NAME.csv`).
+- a folder: one of simulated days (`activities.csv`), one for pyadlml
+  (`activities_subject_NAME.csv`), or one of diaries, each a table with a header.
 """
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ def read(path: Path) -> tuple[list[DoneActivity], list[str]]:
     if not kept:
         raise InputError(
             f"{path} has no activities: give a table with the columns start, end and activity, "
-            "CASAS text with begin and end, or a folder of days or of pyadlml"
+            "CASAS text with begin and end, or a folder of days, of diaries or of pyadlml"
         )
     return kept, notes
 
@@ -109,9 +109,12 @@ def read_logged(
 
 
 def is_activities(path: Path) -> bool:
-    """Return whether a file is a log of activities and no log of sensors, by its first lines."""
+    """Return whether a log has activities and no sensors, by its first lines.
+
+    Of folders, only those of diaries have no sensors.
+    """
     if path.is_dir():
-        return False
+        return bool(_diaries(path))
     with open(path, encoding="utf-8-sig", errors="replace") as file:
         lines = [line.rstrip("\n") for _, line in zip(range(20), file, strict=False)]
     if _table(lines) is not None:
@@ -121,8 +124,38 @@ def is_activities(path: Path) -> bool:
     return interval is not None and len(re.split(r"\t+|\s{2,}", interval[5])) == 1
 
 
+def _diaries(folder: Path) -> list[Path]:
+    """Return the files of a folder that has only diaries as CSV; none for another folder."""
+    found = sorted(folder.glob("*.csv"))
+    if any(path.name.startswith("activities") for path in found):
+        return []
+    return found if all(path.is_file() and is_activities(path) for path in found) else []
+
+
+def _of_diaries(paths: Iterable[Path]) -> Iterator[DoneActivity]:
+    """Yield the activities of diaries; what ends one file and begins the next goes on."""
+    last: dict[str, DoneActivity] = {}
+    for path in paths:
+        before, last = last, {}
+        lines = path.read_text(encoding="utf-8-sig").splitlines()
+        for one in sorted(_of_table(path, lines)):
+            ended = before.pop(one.person, None)
+            if ended is not None and (ended.end, ended.activity) == (one.start, one.activity):
+                one = one._replace(start=ended.start)
+            elif ended is not None:
+                yield ended
+            if one.person in last:
+                yield last[one.person]
+            last[one.person] = one
+        yield from before.values()
+    yield from last.values()
+
+
 def _of_folder(folder: Path) -> Iterator[DoneActivity]:
-    """Yield the activities in a folder of simulated days, or in one for pyadlml."""
+    """Yield the activities in a folder of simulated days, for pyadlml or of diaries."""
+    if diaries := _diaries(folder):
+        yield from _of_diaries(diaries)
+        return
     names = _names_by_number(folder)
     for path in sorted(folder.glob("activities*.csv")):
         lines = path.read_text(encoding="utf-8-sig").splitlines()
@@ -169,7 +202,7 @@ def _table(lines: Sequence[str]) -> tuple[str, dict[str, int]] | None:
         }  # fmt: skip
         has_all = min(places["start"], places["end"], places["activity"]) >= 0
         # Ordonez has a header with tabs above columns that several tabs separate.
-        if has_all and len(lines) > 1 and (separator != "\t" or not ABOVE.fullmatch(lines[1])):
+        if has_all and (separator != "\t" or not all(map(ABOVE.fullmatch, lines[1:2]))):
             return separator, places
     return None
 

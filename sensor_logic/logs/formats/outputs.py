@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from ..error import InputError
-from ..files import check_folder, check_target
+from ..files import check_folder, check_target, is_same_file
 from . import Format, FormatFiles
 
 
@@ -27,9 +27,8 @@ def check_out(target: Format, out: Path, sources: Iterable[Path] = (), flag: str
     option or the argument that names `out`.
     """
     check_installed(target)
-    for source in sources:
-        if out.resolve() == source.resolve():
-            raise InputError(f"{flag}: {out} is also read; give another name")
+    if any(is_same_file(out, source) for source in sources):
+        raise InputError(f"{flag}: {out} is also read; give another name")
     if not target.is_folder and out.is_dir():
         raise InputError(f"{flag}: {out} is a folder; {target.name} is a file, give its name")
     if target.is_folder and out.exists() and not out.is_dir():
@@ -46,7 +45,7 @@ def check_apart(flag: str, path: Path, others: Iterable[Path]) -> None:
     """
     if path.is_dir():
         raise InputError(f"{flag}: {path} is a folder, not a file name")
-    if path.resolve() in {other.resolve() for other in others}:
+    if any(is_same_file(path, other) for other in others):
         raise InputError(f"{flag}: {path} is also read or written; give another name")
     check_folder(path.parent, flag)
     check_target(path, flag)

@@ -141,6 +141,15 @@ def test_turning_over_is_allowed_where_one_can_lie(home: Places) -> None:
         ('[{ do = "sit Sofa", weight = 2 }]', "the key 'weight' is unknown here"),
         ('["sit Sofa", 3]', "do: 3 is no text"),
         ("[]", "an activity must have at least one step"),
+        (
+            '[{ do = [{ do = [{ do = "sit Sofa", times = 50 }], times = [1, 50] }], times = 50 }]',
+            "'Cook' has up to 125,000 steps, and 1,000 are the most",
+        ),
+        (
+            '[{ do = "sit Sofa", times = 100 }, { either = ["sit Sofa", { do = "sit Sofa", times = '
+            "91 }], times = 10 }]",
+            "up to 1,010 steps",
+        ),
     ],
 )
 def test_what_is_wrong_with_a_group_is_told_with_its_line(do: str, told: str) -> None:

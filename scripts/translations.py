@@ -221,8 +221,8 @@ def _of_prose(nodes: Sequence[ast.AST]) -> Iterator[tuple[str, str]]:
             formats = [getattr(part, "format_spec", None) for part in node.values]
             inner.update(node.values, filter(None, formats))
     for node in nodes:
-        is_pair = isinstance(node, ast.Tuple) and len(node.elts) == 2
-        if is_pair and FACT.fullmatch(name := _string(node.elts[0])):
+        pair = node.elts if isinstance(node, ast.Tuple) and len(node.elts) == 2 else ()
+        if pair and FACT.fullmatch(name := _string(pair[0])):
             yield name, MESSAGE
         if node not in inner and isinstance(node, (ast.Constant, ast.JoinedStr)):
             found = ((text.removeprefix(". "), what) for text, what in _constants(node, MESSAGE))

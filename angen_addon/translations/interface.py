@@ -114,8 +114,8 @@ def _composed(code: str, text: str) -> str:
     if found := _texts(code).get(other) or _fitting(code, other):
         return found[:1].upper() + found[1:] if text[:1].isupper() else found
     for between in BETWEEN:
-        parts = text.partition(between)[::2]
-        if parts[1] and (found := between.join(_in(code, part) for part in parts)) != text:
+        first, _, rest = text.partition(between)
+        if rest and (found := f"{_in(code, first)}{between}{_in(code, rest)}") != text:
             return found
     return ""
 

@@ -28,6 +28,7 @@ PACKAGE = __name__.removesuffix(".angen_addon.translations.interface")
 DRAWING = ("draw", "draw_header", "draw_header_preset")
 # What a template must have besides its holes, so that it does not match every text.
 LETTERS = 2
+WORD = re.compile(r"[^\W\d_]{3}")
 # Between sentences, between a name and a sentence, and in lists.
 BETWEEN = (". ", ": ", "; ", ", ")
 # Between the tip of a parameter and the source of its default.
@@ -102,6 +103,9 @@ def _in(code: str, text: str) -> str:
 @lru_cache(4096)
 def _composed(code: str, text: str) -> str:
     """Return the translation of a text that is made of known ones and of values; or ""."""
+    if not WORD.search(text):
+        # A number with its unit.
+        return ""
     if found := _of_property(code, text):
         return found
     *parts, last = IN_LIST.split(text)

@@ -37,7 +37,7 @@ SOURCES = ("angen_addon", "operators", "panels", "residents", "studies/window")
 # The attributes of classes, and the keywords of calls, that are texts of the interface.
 ATTRIBUTES = {"bl_label": LABEL, "bl_category": TAB, "bl_description": TIP}
 OF_PROPERTY = {"name": LABEL, "description": TIP}
-OF_LAYOUT = {"text": LABEL, "heading": LABEL}
+OF_LAYOUT = {"text": LABEL, "heading": LABEL, "placeholder": LABEL}
 LAYOUTS = ("label", "operator", "prop", "menu", "popover", "progress", "column", "row", "draw_row")
 # A value in a text, also one with a format; attributes whose owners name the value better.
 FORMATTED = re.compile(r"\{(\w*)(?::[^{}]*)?\}")
@@ -47,7 +47,7 @@ VALUE = "value"
 FACT = re.compile(r"[A-Z][a-z ]+")
 WORD = re.compile(r"\b[a-z]{4,}")
 # The least letters of a text of several words, without its values.
-LETTERS = 3
+LETTERS = 2
 # Texts that panels draw, and that are made elsewhere in the source.
 OTHERS = (
     "No reading", "All Frames, {} to {}", "Simulate first", "Parameters of {}",
@@ -55,6 +55,7 @@ OTHERS = (
     "Still, closed, free, dark", "Not valid", "Not yet sure, or warming up",
     "Old: the scene has changed since", "Only baked keyframes",
     "No reading: scrub, play or simulate", "Off", "{} and {} more", "{}, and is stale",
+    "not noticed", "noticed in few directions", "covered by one", "by two", "by three or more",
     "Older adult", "Adult", "Child", "Cat",
     # Words that sentences have as values.
     " and ", "above", "away", "below", "breathing", "centimetres", "doors", "fast", "feet",
@@ -191,7 +192,7 @@ def _of_others() -> Iterator[tuple[str, str]]:
     """Yield OTHERS; raise ValueError if one is no longer in the source."""
     known = {
         bare(text)
-        for path in _paths((*SOURCES, "sensor_logic/logs/wording.py"))
+        for path in _paths((*SOURCES, "sensor_logic/coverage", "sensor_logic/logs/wording.py"))
         for node in _nodes(path)
         if isinstance(node, (ast.Constant, ast.JoinedStr))
         for text, _ in _constants(node, LABEL)

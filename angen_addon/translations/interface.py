@@ -25,9 +25,11 @@ from .dictionary import CONTEXT, HOLE, LABEL, Entry, read
 EVERYWHERE = "*"
 FOLDER = Path(__file__).parent
 PACKAGE = __name__.removesuffix(".angen_addon.translations.interface")
+SHOWN = ("text", "heading", "placeholder")
 DRAWING = ("draw", "draw_header", "draw_header_preset")
 # What a template must have besides its holes, so that it does not match every text.
-LETTERS = 2
+LETTERS, SHORT = 2, 3
+VALUE = re.compile(r"[\d']")
 WORD = re.compile(r"[^\W\d_]{3}")
 # Between sentences, between a name and a sentence, and in lists.
 BETWEEN = (". ", ": ", "; ", ", ")
@@ -58,12 +60,16 @@ def _texts(code: str) -> dict[str, str]:
 
 
 class _Template(NamedTuple):
-    """A text with values: its longest part, a pattern with a group for each value, their names."""
+    """A text with values: its longest part, a pattern with a group for each value, their names.
+
+    A short one, such as "{count} by {name}", fits only numbers, names in quotes and known words.
+    """
 
     part: str
     pattern: re.Pattern[str]
     names: list[str]
     translation: str
+    is_short: bool
 
 
 # Without it each text with values costs 1 ms more, or 10 ms if `re` has forgotten the patterns.
@@ -80,7 +86,9 @@ def _templates(code: str) -> list[_Template]:
         )
         whole = re.compile(pattern + re.escape(parts[-1]), re.DOTALL)
         names = HOLE.findall(entry.text)
-        made.append(_Template(max(parts, key=len), whole, names, entry.translation))
+        is_short = _letters(entry.text) < SHORT
+        longest = max(parts, key=len)
+        made.append(_Template(longest, whole, names, entry.translation, is_short))
     return made
 
 
@@ -111,11 +119,10 @@ def _composed(code: str, text: str) -> str:
     *parts, last = IN_LIST.split(text)
     if parts and all(_fitting(code, part) for part in [*parts[::2], last]):
         return "".join(_in(code, part) for part in [*parts, last])
-    if found := _fitting(code, text):
-        return found
     # A sentence after a name and a colon begins with a small letter, and alone with a capital one.
     other = text[:1].swapcase() + text[1:]
-    if found := _texts(code).get(other) or _fitting(code, other):
+    found = _texts(code).get(other) or _fitting(code, text) or _fitting(code, other)
+    if found:
         return found[:1].upper() + found[1:] if text[:1].isupper() else found
     for between in BETWEEN:
         first, _, rest = text.partition(between)
@@ -140,8 +147,10 @@ def _of_property(code: str, text: str) -> str:
 
 def _fitting(code: str, text: str) -> str:
     """Return the translation of a text with values, which are translated too; or ""."""
-    for part, pattern, names, template in _templates(code):
+    for part, pattern, names, template, is_short in _templates(code):
         if part in text and (found := pattern.fullmatch(text)):
+            if is_short and not all(VALUE.search(v) or v in _texts(code) for v in found.groups()):
+                continue
             values = (_in(code, value) for value in found.groups())
             return template.format(**dict(zip(names, values, strict=True)))
     return ""
@@ -162,7 +171,7 @@ class TranslatedLayout:
 
     def _draw(self, function: Callable[..., Any], *arguments: Any, **facts: Any) -> Any:
         """Call a function of the layout with translated texts; parts of it translate too."""
-        shown = {key: facts[key] for key in ("text", "heading") if facts.get(key)}
+        shown = {key: facts[key] for key in SHOWN if facts.get(key)}
         if shown and facts.get("translate", True):
             facts |= {key: translated(text) for key, text in shown.items()} | {"translate": False}
         found = function(*arguments, **facts)

@@ -55,7 +55,8 @@ OTHERS = (
     "Still, closed, free, dark", "Not valid", "Not yet sure, or warming up",
     "Old: the scene has changed since", "Only baked keyframes",
     "No reading: scrub, play or simulate", "Off", "{} and {} more", "{}, and is stale",
-    "not noticed", "noticed in few directions", "covered by one", "by two", "by three or more",
+    "no room", "not noticed", "noticed in few directions", "covered by one", "by two",
+    "by three or more",
     "Older adult", "Adult", "Child", "Cat",
     # Words that sentences have as values.
     " and ", "above", "away", "below", "breathing", "centimetres", "doors", "fast", "feet",

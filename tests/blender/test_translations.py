@@ -106,6 +106,7 @@ def recorded_home(world):
     bpy.ops.angen.place_point(use="SIT")
     world.update()
     bpy.ops.angen.places_check()
+    bpy.ops.angen.coverage()
     box.angen_load.mass = 60.0
     bpy.context.view_layer.objects.active = box
     world.update()

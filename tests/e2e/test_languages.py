@@ -84,6 +84,8 @@ def test_blender_finds_the_names_and_tips(window: dict[str, Any]) -> None:
 def test_no_text_of_a_panel_is_english(window: dict[str, Any]) -> None:
     texts = {text: shown for text, (shown, *_) in window["panels"].items()}
     assert len(texts) > 150
+    # Of the coverage map's legend and of an explanation.
+    assert {"by three or more", "Compared with"} <= set(texts)
     assert english(texts, window["known"]) == []
 
 

@@ -147,12 +147,15 @@ def states() -> Iterator[None]:
             yield
         run(bpy.ops.angen.simulate, frame_start=1, frame_end=LAST_FRAME, without_light=True)
         run(bpy.ops.angen.doctor)
+        bpy.context.scene.angen_coverage.cell = 1.0
+        run(bpy.ops.angen.coverage)
         for kind, obj in sensors.items():
             show_sensor(obj)
             if kind != "LIGHT":
                 run(bpy.ops.angen.explain, now=True)
             yield
         bpy.ops.angen.clear_recording()
+        bpy.ops.angen.coverage_clear()
         names = {obj.name for obj in bpy.data.objects}
         looked = looked_up()
         report[language] = {

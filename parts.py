@@ -16,7 +16,6 @@ from typing import Any
 # Each module has `register` and `unregister`. Later modules may need earlier ones, and panels come
 # in the order of the sidebar.
 MODULES = (
-    "angen_addon.translations.interface",
     "angen_addon.properties",
     "residents.blender.marks",
     "residents.blender.settings",
@@ -88,6 +87,8 @@ MODULES = (
     "panels.doctor",
     "angen_addon.runtime.handlers",
     "angen_addon.commands.command_line",
+    # Its dictionaries have the names of the properties of all others.
+    "angen_addon.translations.interface",
     # Last, so that it ends what goes on before the rest is unregistered.
     "operators.long_work",
 )

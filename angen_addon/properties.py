@@ -23,7 +23,7 @@ from .runtime import handlers
 from .scene.lengths import OVERRIDABLE, SUBTYPES, property_group, with_unit
 from .scene.sensors import known_rooms
 from .translations.dictionary import CONTEXT
-from .translations.interface import in_context
+from .translations.interface import SOURCE, in_context
 
 # Decimals in the interface by unit, where the usual three are too few or too many.
 PRECISIONS = {"m": 4, "m²": 6, "Ω": 0, "lx": 2, READING: 2}
@@ -93,8 +93,7 @@ def _none_where_unknown(known_numbers: set[int]) -> dict[str, Any]:
 
 
 def _tip(spec: Spec) -> str:
-    source = f". Source: {spec.source}" if spec.source else ""
-    return f"{spec.tip}{source}"
+    return f"{spec.tip}{SOURCE}{spec.source}" if spec.source else spec.tip
 
 
 def _blender_property(default: Any, spec: Spec) -> Any:

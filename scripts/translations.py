@@ -37,7 +37,7 @@ SOURCES = ("angen_addon", "operators", "panels", "residents", "studies/window")
 # The attributes of classes, and the keywords of calls, that are texts of the interface.
 ATTRIBUTES = {"bl_label": LABEL, "bl_category": TAB, "bl_description": TIP}
 OF_PROPERTY = {"name": LABEL, "description": TIP}
-OF_LAYOUT = {"text": LABEL, "heading": LABEL}
+OF_LAYOUT = {"text": LABEL, "heading": LABEL, "placeholder": LABEL}
 LAYOUTS = ("label", "operator", "prop", "menu", "popover", "progress", "column", "row", "draw_row")
 # A value in a text, also one with a format; attributes whose owners name the value better.
 FORMATTED = re.compile(r"\{(\w*)(?::[^{}]*)?\}")
@@ -47,7 +47,7 @@ VALUE = "value"
 FACT = re.compile(r"[A-Z][a-z ]+")
 WORD = re.compile(r"\b[a-z]{4,}")
 # The least letters of a text of several words, without its values.
-LETTERS = 3
+LETTERS = 2
 # Texts that panels draw, and that are made elsewhere in the source.
 OTHERS = (
     "No reading", "All Frames, {} to {}", "Simulate first", "Parameters of {}",
@@ -55,6 +55,9 @@ OTHERS = (
     "Still, closed, free, dark", "Not valid", "Not yet sure, or warming up",
     "Old: the scene has changed since", "Only baked keyframes",
     "No reading: scrub, play or simulate", "Off", "{} and {} more", "{}, and is stale",
+    "no room", "not noticed", "noticed in few directions", "covered by one", "by two",
+    "by three or more",
+    "Older adult", "Adult", "Child", "Cat",
     # Words that sentences have as values.
     " and ", "above", "away", "below", "breathing", "centimetres", "doors", "fast", "feet",
     "hinged", "inches", "it", "learnt", "left", "mass", "millimetres", "movement", "noise",
@@ -90,6 +93,7 @@ PROSE = (
     "angen_addon/explain",
     "angen_addon/kinds",
     "angen_addon/output/mqtt/live.py",
+    "angen_addon/output/mqtt/online.py",
     "angen_addon/recording/bake.py",
     "angen_addon/recording/fingerprint.py",
     "angen_addon/recording/followed_scene.py",
@@ -110,6 +114,7 @@ PROSE = (
     "residents/blender/marks.py",
     "residents/blender/places.py",
     "residents/blender/reachable.py",
+    "residents/blender/settings.py",
     "residents/blender/standing.py",
     "residents/blender/unmovable.py",
     "residents/operators",
@@ -129,7 +134,7 @@ NOT_SHOWN = (
     "Proposed {short_label} {i}", "Switch {leaf_object}", "Way that ends", "Way to {place}",
     "{OWNER} = bpy.context.object.angen_sensor.{attribute}", "{stem} events", "{stem} samples",
     "A recording of the Blender extension Ängen Sensors; Clear Recording there removes it",
-    "{LABELS}, from anywhere",
+    "{LABELS}, from anywhere", "Walking frame metal", "{rig} walking frame",
 )  # fmt: skip
 # Files of commands and formats, whose errors no window shows.
 COMMANDS = (
@@ -188,7 +193,7 @@ def _of_others() -> Iterator[tuple[str, str]]:
     """Yield OTHERS; raise ValueError if one is no longer in the source."""
     known = {
         bare(text)
-        for path in _paths((*SOURCES, "sensor_logic/logs/wording.py"))
+        for path in _paths((*SOURCES, "sensor_logic/coverage", "sensor_logic/logs/wording.py"))
         for node in _nodes(path)
         if isinstance(node, (ast.Constant, ast.JoinedStr))
         for text, _ in _constants(node, LABEL)
@@ -218,8 +223,8 @@ def _of_prose(nodes: Sequence[ast.AST]) -> Iterator[tuple[str, str]]:
             formats = [getattr(part, "format_spec", None) for part in node.values]
             inner.update(node.values, filter(None, formats))
     for node in nodes:
-        is_pair = isinstance(node, ast.Tuple) and len(node.elts) == 2
-        if is_pair and FACT.fullmatch(name := _string(node.elts[0])):
+        pair = node.elts if isinstance(node, ast.Tuple) and len(node.elts) == 2 else ()
+        if pair and FACT.fullmatch(name := _string(pair[0])):
             yield name, MESSAGE
         if node not in inner and isinstance(node, (ast.Constant, ast.JoinedStr)):
             found = ((text.removeprefix(". "), what) for text, what in _constants(node, MESSAGE))

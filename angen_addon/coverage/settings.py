@@ -4,8 +4,14 @@
 from __future__ import annotations
 
 import bpy
-from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty
-from bpy.props import StringProperty as Text
+from bpy.props import (
+    BoolProperty,
+    EnumProperty,
+    FloatProperty,
+    IntProperty,
+    PointerProperty,
+    StringProperty,
+)  # fmt: skip
 from bpy.types import Scene
 
 from ...sensor_logic.coverage.motions import HIGHEST, MOTIONS, Motion
@@ -40,7 +46,7 @@ def _group() -> type:
             name="Selected Only",
             description="Map only the selected motion detectors, instead of all",
         ),
-        "rooms": Text(
+        "rooms": StringProperty(
             name="Rooms", description="Names of rooms, separated by commas. Empty: all rooms"
         ),
         "count": IntProperty(

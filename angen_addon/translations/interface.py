@@ -25,11 +25,16 @@ from .dictionary import CONTEXT, HOLE, LABEL, Entry, read
 EVERYWHERE = "*"
 FOLDER = Path(__file__).parent
 PACKAGE = __name__.removesuffix(".angen_addon.translations.interface")
+SHOWN = ("text", "heading", "placeholder")
 DRAWING = ("draw", "draw_header", "draw_header_preset")
 # What a template must have besides its holes, so that it does not match every text.
-LETTERS = 2
+LETTERS, SHORT = 2, 3
+VALUE = re.compile(r"[\d']")
+WORD = re.compile(r"[^\W\d_]{3}")
 # Between sentences, between a name and a sentence, and in lists.
 BETWEEN = (". ", ": ", "; ", ", ")
+# Between the tip of a parameter and the source of its default.
+SOURCE = ". Source: "
 # Before a quoted name in a list.
 IN_LIST = re.compile(r"( and |, )(?=')")
 # A value in a pattern; in quotes it is one name of a list.
@@ -55,12 +60,16 @@ def _texts(code: str) -> dict[str, str]:
 
 
 class _Template(NamedTuple):
-    """A text with values: its longest part, a pattern with a group for each value, their names."""
+    """A text with values: its longest part, a pattern with a group for each value, their names.
+
+    A short one, such as "{count} by {name}", fits only numbers, names in quotes and known words.
+    """
 
     part: str
     pattern: re.Pattern[str]
     names: list[str]
     translation: str
+    is_short: bool
 
 
 # Without it each text with values costs 1 ms more, or 10 ms if `re` has forgotten the patterns.
@@ -77,7 +86,9 @@ def _templates(code: str) -> list[_Template]:
         )
         whole = re.compile(pattern + re.escape(parts[-1]), re.DOTALL)
         names = HOLE.findall(entry.text)
-        made.append(_Template(max(parts, key=len), whole, names, entry.translation))
+        is_short = _letters(entry.text) < SHORT
+        longest = max(parts, key=len)
+        made.append(_Template(longest, whole, names, entry.translation, is_short))
     return made
 
 
@@ -100,29 +111,46 @@ def _in(code: str, text: str) -> str:
 @lru_cache(4096)
 def _composed(code: str, text: str) -> str:
     """Return the translation of a text that is made of known ones and of values; or ""."""
-    label, _, unit = text.rpartition(" (")
-    if unit.endswith(")") and (known := _texts(code).get(label)):
-        return f"{known} ({unit}"
+    if not WORD.search(text):
+        # A number with its unit.
+        return ""
+    if found := _of_property(code, text):
+        return found
     *parts, last = IN_LIST.split(text)
     if parts and all(_fitting(code, part) for part in [*parts[::2], last]):
         return "".join(_in(code, part) for part in [*parts, last])
-    if found := _fitting(code, text):
-        return found
     # A sentence after a name and a colon begins with a small letter, and alone with a capital one.
     other = text[:1].swapcase() + text[1:]
-    if found := _texts(code).get(other) or _fitting(code, other):
+    found = _texts(code).get(other) or _fitting(code, text) or _fitting(code, other)
+    if found:
         return found[:1].upper() + found[1:] if text[:1].isupper() else found
     for between in BETWEEN:
-        parts = text.partition(between)[::2]
-        if parts[1] and (found := between.join(_in(code, part) for part in parts)) != text:
+        first, _, rest = text.partition(between)
+        if rest and (found := f"{_in(code, first)}{between}{_in(code, rest)}") != text:
             return found
     return ""
 
 
+def _of_property(code: str, text: str) -> str:
+    """Return the translation of a label with a unit, or of a tip with a source; or ""."""
+    known = _texts(code)
+    label, _, unit = text.rpartition(" (")
+    if unit.endswith(")") and label in known:
+        return f"{known[label]} ({unit}"
+    tip, _, source = text.partition(SOURCE)
+    return (
+        f"{known[tip]}. {known.get('Source', 'Source')}: {source}"
+        if source and tip in known
+        else ""
+    )
+
+
 def _fitting(code: str, text: str) -> str:
     """Return the translation of a text with values, which are translated too; or ""."""
-    for part, pattern, names, template in _templates(code):
+    for part, pattern, names, template, is_short in _templates(code):
         if part in text and (found := pattern.fullmatch(text)):
+            if is_short and not all(VALUE.search(v) or v in _texts(code) for v in found.groups()):
+                continue
             values = (_in(code, value) for value in found.groups())
             return template.format(**dict(zip(names, values, strict=True)))
     return ""
@@ -143,7 +171,7 @@ class TranslatedLayout:
 
     def _draw(self, function: Callable[..., Any], *arguments: Any, **facts: Any) -> Any:
         """Call a function of the layout with translated texts; parts of it translate too."""
-        shown = {key: facts[key] for key in ("text", "heading") if facts.get(key)}
+        shown = {key: facts[key] for key in SHOWN if facts.get(key)}
         if shown and facts.get("translate", True):
             facts |= {key: translated(text) for key, text in shown.items()} | {"translate": False}
         found = function(*arguments, **facts)
@@ -216,19 +244,31 @@ def _below(base: Any) -> Iterator[Any]:
         yield from _below(cls)
 
 
+def _texts_of_properties() -> Iterator[str]:
+    """Yield the names and tips of the extension's properties."""
+    for cls in _below(PropertyGroup):
+        for prop in vars(cls).get("__annotations__", {}).values():
+            if hasattr(prop, "keywords"):
+                yield from (prop.keywords.get(key, "") for key in ("name", "description"))
+
+
 # Classes of another version that this one replaces in a running Blender: their modules are gone.
 _FORMER = WeakSet(cls for cls in _classes() if cls.__module__ not in sys.modules)
 
 
 def register() -> None:
-    """Give Blender all dictionaries."""
+    """Give Blender all dictionaries, once all properties are known."""
     found: dict[str, dict[tuple[str, str], str]] = {}
+    texts = set(_texts_of_properties())
     for path in FOLDER.glob("*.po"):
         entries = _entries(path.stem)
         found[path.stem] = {(CONTEXT, e.text): e.translation for e in entries}
         found[path.stem] |= {
             (EVERYWHERE, e.text): e.translation for e in entries if e.what != LABEL
         }
+        for text in texts:
+            if shown := _of_property(path.stem, text):
+                found[path.stem] |= {(CONTEXT, text): shown, (EVERYWHERE, text): shown}
     bpy.app.translations.register(__name__, found)
 
 

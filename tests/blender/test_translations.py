@@ -106,6 +106,7 @@ def recorded_home(world):
     bpy.ops.angen.place_point(use="SIT")
     world.update()
     bpy.ops.angen.places_check()
+    bpy.ops.angen.coverage()
     box.angen_load.mass = 60.0
     bpy.context.view_layer.objects.active = box
     world.update()
@@ -158,6 +159,13 @@ def test_texts_with_values_are_translated_and_others_stay(monkeypatch):
         ("Saved the preset 'Mine'", "Voreinstellung 'Mine' gespeichert"),
         ("Threshold (N)", "Schwelle (N)"),
         ("Reverse", "Umkehren"),
+        ("No problem was found", "Kein Problem gefunden"),
+        ("3 problems found", "3 Probleme gefunden"),
+        ("'A, B': it has no faces", "'A, B': it has no faces"),
+        (
+            "Pressed by 'A' with 3.0 N and 'B' with 1.0 N",
+            "Gedrückt durch 'A' mit 3.0 N und 'B' mit 1.0 N",
+        ),
         ("A text of a user, 12", "A text of a user, 12"),
         ("", ""),
     ]:

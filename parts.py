@@ -89,6 +89,8 @@ MODULES = (
     "angen_addon.commands.command_line",
     # Its dictionaries have the names of the properties of all others.
     "angen_addon.translations.interface",
+    # Last, so that it ends what goes on before the rest is unregistered.
+    "operators.long_work",
 )
 
 # The verbs that work on a blend file, in the order of the help. Each has the module whose `VERBS`

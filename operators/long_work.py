@@ -6,6 +6,7 @@ from __future__ import annotations
 import time
 from typing import Any
 
+import bpy
 from bpy.types import Context, Event
 
 from ..angen_addon.translations.interface import translated
@@ -37,6 +38,10 @@ class Slices:
     def end(self) -> None:
         """End a slice; call this when its work is done."""
         self._ended = time.perf_counter()
+
+
+# The works that go on in windows.
+_going_on: list[LongWork] = []
 
 
 class LongWork:
@@ -87,6 +92,7 @@ class LongWork:
         manager.progress_begin(0, 100)
         self._timer = manager.event_timer_add(0.01, window=context.window)
         manager.modal_handler_add(self)
+        _going_on.append(self)
         self._show(context, Doing(0.0, ""))
         return {"RUNNING_MODAL"}
 
@@ -151,6 +157,7 @@ class LongWork:
     def _close(self, context: Context) -> None:
         if self._timer is None:
             return
+        _going_on.remove(self)
         self._run.close()
         progress.working = None
         context.window_manager.event_timer_remove(self._timer)
@@ -162,3 +169,24 @@ class LongWork:
     def cancel(self, context: Context) -> None:
         """Clean up as `_close` does. Blender calls this when it ends the operator itself."""
         self._close(context)
+
+
+def cancel_all(context: Context) -> None:
+    """Cancel all works that go on, as Esc does.
+
+    Blender frees an operator that it unregisters without its `cancel`. The generator of its work
+    would go on to exist, and Python would close it at any later time.
+    """
+    for work in list(_going_on):
+        work.cancel(context)
+        # A context without a window has no workspace.
+        for workspace in bpy.data.workspaces:
+            workspace.status_text_set(None)
+
+
+def register() -> None:
+    """Do nothing: users begin works."""
+
+
+def unregister() -> None:
+    cancel_all(bpy.context)

@@ -23,6 +23,8 @@ from typing import Any
 import build_zip
 
 ROOT = Path(__file__).resolve().parent.parent
+# The files that must agree with each other.
+READ = ("blender_manifest.toml", "pyproject.toml", "CITATION.cff", "CHANGELOG.md", "mkdocs.yml")
 
 
 def problems(tag: str, root: Path = ROOT) -> list[str]:
@@ -30,6 +32,9 @@ def problems(tag: str, root: Path = ROOT) -> list[str]:
     version = tag.removeprefix("v")
     if not re.fullmatch(r"v\d+\.\d+\.\d+", tag):
         return [f"the tag {tag} is not of the form v1.2.3"]
+    missing = [f"{name} is missing" for name in READ if not (root / name).is_file()]
+    if missing:
+        return missing
     manifest = tomllib.loads((root / "blender_manifest.toml").read_text(encoding="utf-8"))
     package = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     citation = (root / "CITATION.cff").read_text(encoding="utf-8")
@@ -315,12 +320,19 @@ def zip_problems(path: Path) -> list[str]:
     return [f"{text} (rule: {rule})" for rule, check in RULES for text in check(packed)]
 
 
+def built_problems() -> list[str]:
+    """Build the zip, and return what in it breaks a rule, or why it cannot be built."""
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            return zip_problems(build_zip.build(Path(folder), None))
+        except ValueError as error:
+            return [str(error)]
+
+
 if __name__ == "__main__":
     if len(sys.argv) != 3:
         sys.exit(__doc__)
-    found = problems(sys.argv[1])
-    with tempfile.TemporaryDirectory() as folder:
-        found += zip_problems(build_zip.build(Path(folder), None))
+    found = problems(sys.argv[1]) + built_problems()
     if found:
         sys.exit("\n".join(f"check_release: {line}" for line in found))
     Path(sys.argv[2]).write_text(notes(sys.argv[1][1:]) + "\n", encoding="utf-8")

@@ -447,5 +447,15 @@ def test_a_release_that_does_not_fit_together_is_refused(
     assert line.startswith(told)
 
 
+def test_a_missing_file_or_a_zip_that_cannot_be_built_is_one_line(
+    release: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (release / "CITATION.cff").unlink()
+    assert check_release.problems("v1.2.3", release) == ["CITATION.cff is missing"]
+    monkeypatch.setattr(build_zip, "shipped", lambda manifest: ["__init__.py", build_zip.MANIFEST])
+    (line,) = check_release.built_problems()
+    assert line.endswith("LICENSE is missing or broken")
+
+
 def test_a_tag_of_another_form_is_refused(release: Path) -> None:
     assert check_release.problems("1.2", release) == ["the tag 1.2 is not of the form v1.2.3"]

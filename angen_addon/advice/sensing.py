@@ -108,7 +108,8 @@ def never_closes(sensor: Sensor, depsgraph: Any, lengths: Lengths) -> Advice | N
         place = placed_matrix(magnet, depsgraph).translation
     except (AngenError, NotPlaced):
         return None
-    if len(keyed) > 1 or is_animated(sensor.object, "angen_sensor.contact.close_distance"):
+    distance = f"angen_sensor.{sensor.kind.attribute}.close_distance"
+    if len(keyed) > 1 or is_animated(sensor.object, distance):
         return None
     ends = place, sensor.world_matrix(depsgraph).translation
     moves = [bool(keyed) and keyed[0] in chain(obj) for obj in (magnet, sensor.object)]

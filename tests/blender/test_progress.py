@@ -157,6 +157,27 @@ def test_the_panel_finds_the_work_of_a_real_operator():
         bpy.utils.unregister_class(ANGEN_OT_test_work)
 
 
+def test_work_ends_before_its_operator_is_unregistered(parts):
+    """Else Python would end it later, amid other work, and remove a scene that Blender uses."""
+    closed = []
+
+    def run():
+        try:
+            while True:
+                yield progress.Doing(0.5, "looking")
+                parts.clock.now += 1.0
+        finally:
+            closed.append(True)
+
+    window, work = Window(), Work(run)
+    work.invoke(window, event("NONE"))
+    work.modal(window, event("TIMER"))
+    for _ in range(2):
+        long_work.cancel_all(window)
+    assert closed == [True] and progress.working is None
+    assert window.timers == 0 and window.shares[-1] == "end" and window.texts[-1] is None
+
+
 def test_escape_keeps_what_a_search_has(parts):
     def search():
         with contextlib.suppress(progress.Enough):

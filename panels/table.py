@@ -233,7 +233,7 @@ def _show_index(self: PropertyGroup, index: int) -> None:
     sensor = sensor_of(objects[index]) if 0 <= index < len(objects) else None
     if sensor is not None and context.mode == "OBJECT" and not why_hidden(sensor.object, context):
         show(sensor, context, stay=True)
-        bpy.ops.ed.undo_push(message="Show Sensor")
+        bpy.ops.ed.undo_push(message=translated("Show Sensor"))
 
 
 def _group() -> type:

@@ -18,6 +18,7 @@ from ..angen_addon.appearance.panel_parts import (
 from ..angen_addon.coverage import shown
 from ..angen_addon.scene.lengths import lengths_of
 from ..operators.propose import active_detector
+from ..sensor_logic.coverage.grid import NO_ROOM
 from ..sensor_logic.coverage.motions import MOTIONS
 from ..sensor_logic.logs.wording import plural
 
@@ -100,11 +101,13 @@ def _draw_rooms(layout: UILayout, figures: dict, scene: Any, is_fresh: bool) -> 
     rooms = figures["rooms"]
     if len(rooms) > ROOMS_SHOWN:
         rooms = [*rooms[: ROOMS_SHOWN - 1], rooms[-1]]
+    # Other names are the user's.
+    ours = "Room", NO_ROOM, rooms[-1][0]
     lines = [("Room", "Covered", "Dead m²")]
     lines += [(name, f"{100 * share:.0f} %", f"{dead:.1f}") for name, _, share, dead in rooms]
     for name, covered, dead in lines:
         row = box.split(factor=0.45)
-        row.label(text=name)
+        row.label(text=name, translate=name in ours)
         part = row.split(factor=0.5)
         part.label(text=covered)
         part.label(text=dead)

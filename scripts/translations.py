@@ -37,7 +37,8 @@ SOURCES = ("angen_addon", "operators", "panels", "residents", "studies/window")
 # The attributes of classes, and the keywords of calls, that are texts of the interface.
 ATTRIBUTES = {"bl_label": LABEL, "bl_category": TAB, "bl_description": TIP}
 OF_PROPERTY = {"name": LABEL, "description": TIP}
-OF_LAYOUT = {"text": LABEL, "heading": LABEL, "placeholder": LABEL}
+# Blender itself translates placeholders, as tips.
+OF_LAYOUT = {"text": LABEL, "heading": LABEL, "placeholder": MESSAGE}
 LAYOUTS = ("label", "operator", "prop", "menu", "popover", "progress", "column", "row", "draw_row")
 # A value in a text, also one with a format; attributes whose owners name the value better.
 FORMATTED = re.compile(r"\{(\w*)(?::[^{}]*)?\}")

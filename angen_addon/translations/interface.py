@@ -25,7 +25,6 @@ from .dictionary import CONTEXT, HOLE, LABEL, Entry, read
 EVERYWHERE = "*"
 FOLDER = Path(__file__).parent
 PACKAGE = __name__.removesuffix(".angen_addon.translations.interface")
-SHOWN = ("text", "heading", "placeholder")
 # Classes that hold properties, and draw none of our panels.
 HOLDERS = PropertyGroup, AddonPreferences
 DRAWING = ("draw", "draw_header", "draw_header_preset")
@@ -173,7 +172,7 @@ class TranslatedLayout:
 
     def _draw(self, function: Callable[..., Any], *arguments: Any, **facts: Any) -> Any:
         """Call a function of the layout with translated texts; parts of it translate too."""
-        shown = {key: facts[key] for key in SHOWN if facts.get(key)}
+        shown = {key: facts[key] for key in ("text", "heading") if facts.get(key)}
         if shown and facts.get("translate", True):
             facts |= {key: translated(text) for key, text in shown.items()} | {"translate": False}
         found = function(*arguments, **facts)

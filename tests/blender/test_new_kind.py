@@ -33,6 +33,7 @@ def copy(tmp_path):
         "pyproject.toml",
         "scripts/dev.py",
         "tests/conftest.py",
+        "tests/imitated_windows.py",
     ):
         shutil.copy(ROOT / name, tmp_path / name)
     for name in ("conftest.py", "lived_home.py", "pressure_scenes.py", "panel_layout.py"):

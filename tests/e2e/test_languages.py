@@ -85,7 +85,7 @@ def test_no_text_of_a_panel_is_english(window: dict[str, Any]) -> None:
     texts = {text: shown for text, (shown, *_) in window["panels"].items()}
     assert len(texts) > 150
     # Of the coverage map's legend and of an explanation.
-    assert {"by three or more", "Compared with"} <= set(texts)
+    assert {"by three or more", "Opens from"} <= set(texts)
     assert english(texts, window["known"]) == []
 
 

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple, get_type_hints
 from weakref import WeakSet
 
 import bpy
-from bpy.types import Menu, Operator, Panel, PropertyGroup
+from bpy.types import AddonPreferences, Menu, Operator, Panel, PropertyGroup
 
 from .dictionary import CONTEXT, HOLE, LABEL, Entry, read
 
@@ -25,6 +25,8 @@ from .dictionary import CONTEXT, HOLE, LABEL, Entry, read
 EVERYWHERE = "*"
 FOLDER = Path(__file__).parent
 PACKAGE = __name__.removesuffix(".angen_addon.translations.interface")
+# Classes that hold properties, and draw none of our panels.
+HOLDERS = PropertyGroup, AddonPreferences
 DRAWING = ("draw", "draw_header", "draw_header_preset")
 # What a template must have besides its holes, so that it does not match every text.
 LETTERS, SHORT = 2, 3
@@ -222,7 +224,7 @@ def _prepare(cls: Any) -> None:
             own[name] = prop = get_type_hints(cls)[name]
         if hasattr(prop, "keywords"):
             in_context(prop)
-    if issubclass(cls, PropertyGroup) or "bl_translation_context" in vars(cls):
+    if issubclass(cls, HOLDERS) or "bl_translation_context" in vars(cls):
         return
     cls.bl_translation_context = CONTEXT
     for name in DRAWING:
@@ -232,7 +234,7 @@ def _prepare(cls: Any) -> None:
 
 def _classes() -> Iterator[Any]:
     """Yield the extension's classes that Blender can register, each before its subclasses."""
-    for base in (Panel, Menu, Operator, PropertyGroup):
+    for base in (Panel, Menu, Operator, *HOLDERS):
         yield from _below(base)
 
 
@@ -245,7 +247,7 @@ def _below(base: Any) -> Iterator[Any]:
 
 def _texts_of_properties() -> Iterator[str]:
     """Yield the names and tips of the extension's properties."""
-    for cls in _below(PropertyGroup):
+    for cls in (cls for base in HOLDERS for cls in _below(base)):
         for prop in vars(cls).get("__annotations__", {}).values():
             if hasattr(prop, "keywords"):
                 yield from (prop.keywords.get(key, "") for key in ("name", "description"))

@@ -18,13 +18,12 @@ CONTEXT = interface.CONTEXT
 
 def ours():
     """Return the extension's registered classes of the interface."""
-    bases = bpy.types.Panel, bpy.types.Menu, bpy.types.Operator, bpy.types.PropertyGroup
-    found = [cls for base in bases for cls in interface._below(base)]
-    return [cls for cls in found if getattr(cls, "is_registered", False)]
+    return [cls for cls in interface._classes() if getattr(cls, "is_registered", False)]
 
 
 def test_all_texts_have_the_context_of_the_extension():
-    groups = [cls for cls in ours() if issubclass(cls, bpy.types.PropertyGroup)]
+    groups = [cls for cls in ours() if issubclass(cls, interface.HOLDERS)]
+    assert bpy.types.AddonPreferences in {cls.__base__ for cls in groups}
     assert len(groups) > 15 and len(ours()) > 100
     for cls in ours():
         if cls not in groups:
@@ -129,7 +128,13 @@ def test_every_panel_is_translated_and_fits(world, said, monkeypatch, language):
     monkeypatch.setattr(interface, "language", lambda: language)
     draw_all(KINDS, world)
     assert len(said) > 150
-    assert {"Rate (Hz)", "No reading", "Residents' Places", "Only baked keyframes"} <= set(said)
+    assert {
+        "Rate (Hz)",
+        "No reading",
+        "Residents' Places",
+        "Only baked keyframes",
+        "Live to MQTT",
+    } <= set(said)
     recorded_home(world)
     assert _untranslated(said, language) == []
     for text, shown in said.items():

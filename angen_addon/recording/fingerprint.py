@@ -47,6 +47,7 @@ OF_SCENE = ("frame_start", "use_gravity", "gravity")
 OF_THE_VIEW = {
     "angen_coverage", "angen_day", "angen_live", "angen_overlay", "angen_recording",
     "angen_recording_aside", "angen_show_places", "angen_site", "angen_start", "angen_timeline",
+    "angen_topic",
 }  # fmt: skip
 OF_RENDER = (
     "fps", "fps_base", "frame_map_new", "frame_map_old", "use_simplify", "simplify_subdivision",

@@ -313,6 +313,7 @@ def test_a_renamed_sensor_in_an_instance_keeps_its_recording(world):
 OF_THE_VIEW = {
     "angen_coverage", "angen_day", "angen_live", "angen_overlay", "angen_recording",
     "angen_recording_aside", "angen_show_places", "angen_site", "angen_start", "angen_timeline",
+    "angen_topic",
 }  # fmt: skip
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 import signal
+import threading
 from collections.abc import Callable, Iterator
 from importlib import import_module
 from pathlib import Path
@@ -106,6 +107,21 @@ def test_a_sensor_removed_while_the_broker_is_gone_is_removed_once_it_is_back(
     wait(panel, lambda: panel.live.sender.state.startswith("Connected"))
     wait(panel, lambda: sensors_at(broker) == before - {"PIR room"} | {"PIR flat"})
     assert broker.retained()["angen/status"] == "online"
+
+
+def test_an_error_of_the_client_itself_is_shown_and_sending_goes_on(
+    panel, broker, monkeypatch
+) -> None:
+    seen: list[Any] = []
+    monkeypatch.setattr(threading, "excepthook", lambda args: seen.append(args.exc_type))
+    start(panel, broker)
+    client = panel.live.sender._player._link._client
+    client.on_publish = lambda *_: 1 / 0
+    bpy.data.objects[next(iter(sensors_at(broker)))].name = "Renamed"
+    wait(panel, lambda: seen)
+    assert seen == [ZeroDivisionError]
+    wait(panel, lambda: "Renamed" in sensors_at(broker))
+    assert panel.live.sender.state.startswith("Connected")
 
 
 def test_stopped_while_it_connects_it_announces_nothing(panel, broker) -> None:

@@ -84,9 +84,12 @@ class Link:
             try:
                 read_and_write(**options)
             except Exception:
-                # paho-mqtt fails in many ways where the other side is no broker.
+                # paho-mqtt fails in many ways where the other side is no broker. Where a broker has
+                # answered, the error is none of its: the program goes on, and Python shows it.
                 unreadable.set()
                 on_disconnect()
+                if answer:
+                    raise
 
         client.loop_forever = loop
         client.on_socket_open = _send_small_packets_at_once

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import queue
 import threading
+from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -38,7 +39,7 @@ WORDS = Words(
 )
 
 
-class BrokerThread:
+class BrokerThread(ABC):
     """Work at a broker in a thread, until it has ended or is stopped."""
 
     def __init__(self, address: Address) -> None:
@@ -79,8 +80,9 @@ class BrokerThread:
             return f"Stopping, waiting for {self._address}"
         return f"Connecting to {self._address}"
 
+    @abstractmethod
     def _work(self) -> None:
-        raise NotImplementedError
+        """Do the work; it ends with `InterruptedError` if `_check`, called meanwhile, raises it."""
 
     def _check(self) -> None:
         if self._stop.is_set():

@@ -238,9 +238,11 @@ def _is_prose(text: str) -> bool:
 
 
 def _paths(places: Iterable[str]) -> Iterator[Path]:
-    """Yield the Python files of folders, and files themselves."""
+    """Yield the Python files of folders, and files themselves; raise ValueError if one is gone."""
     for place in places:
         path = ROOT / place
+        if not path.exists():
+            raise ValueError(f"{place} is gone: name its texts' new place in this script")
         yield from [path] if path.is_file() else sorted(path.rglob("*.py"))
 
 

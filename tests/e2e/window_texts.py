@@ -13,6 +13,7 @@ import os
 import sys
 import traceback
 from collections.abc import Iterator
+from itertools import cycle
 from pathlib import Path
 from typing import Any
 
@@ -79,7 +80,7 @@ def looked_up() -> dict[str, str]:
     """Return the texts that Blender translates itself, with what it shows."""
     texts = bpy.app.translations
     found = {}
-    for base in (bpy.types.PropertyGroup, bpy.types.Operator):
+    for base in (*interface.HOLDERS, bpy.types.Operator):
         for cls in ours(base):
             inherited = {p.identifier for p in base.bl_rna.properties}
             for prop in cls.bl_rna.properties:
@@ -169,15 +170,14 @@ def states() -> Iterator[None]:
 
 
 WORK = states()
+STEPS = cycle(range(REDRAWS))
 
 
-def step(left: list[int] = [REDRAWS], work: Iterator[None] = WORK) -> float:  # noqa: B006
+def step() -> float:
     """Redraw the window; after some redraws go to the next state, or end Blender."""
     try:
-        left[0] -= 1
-        if left[0] <= 0:
-            left[0] = REDRAWS
-            next(work)
+        if next(STEPS) == REDRAWS - 1:
+            next(WORK)
         for one in bpy.context.window_manager.windows[0].screen.areas:
             one.tag_redraw()
     except StopIteration:

@@ -31,6 +31,7 @@ def explain_appliance(recorded: RecordedSensor, index: int) -> Explanation:
     """Explain update `index` of a smart plug by the use of the appliance."""
     parameters = recorded.parameters_at(index)
     load = parameters.drawn
+    # Joined one by one, as a text with values that dictionaries can have.
     phases = (typed(watts, "W") for _, watts in load.phases)
     draws = reduce(lambda before, watts: f"{before}, then {watts}", phases)
     facts: Facts = [

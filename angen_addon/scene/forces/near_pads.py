@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Find the frames at which nothing moves that a pad can feel: its forces are the same there.
 
-In a morning of 15 minutes with six pads in the sample home, forces on a pad are computed 303 times
-instead of 1116 times (`python -m benchmarks --apart days.pads "[]"` measures the time).
+In a morning of 15 minutes with six pads in the sample home, the pads take 3.3 s instead of 4.8 s
+(`python -m benchmarks --apart days.pads "[]"`: `with_s` and `plain_s`, each less `without_s`).
 """
 
 from __future__ import annotations
